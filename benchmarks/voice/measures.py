@@ -18,7 +18,7 @@ import numpy as np
 import plica
 from plica import _engine as engine
 from plica.measures.cycles import Cycles
-from plica.measures.run.measure import measure, steady_cycles
+from plica.measures.run.measure import measure
 from plica.runs.build import fixed_components
 from plica.uncertainty.convergence import Level, observed_order
 
@@ -68,19 +68,6 @@ QUANTITIES = (
 )
 
 
-class Cut:
-    """A run between two times (s) as one that begins at the first: what is measured of it."""
-
-    def __init__(self, run: plica.Run, start: float, until: float = np.inf) -> None:
-        self._run = run
-        first, last = np.searchsorted(run.time, [start, until * (1 + 1e-9)], side="right")
-        self.time = run.time[first:last] - start
-        self.waveforms = {name: values[first:last] for name, values in run.waveforms.items()}
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._run, name)
-
-
 def mean_interface_edge(mesh: Any) -> float:
     """Mean edge (m) of the surface named airway, six-node faces as four flat triangles."""
     corners = np.asarray(engine.flat_triangles(mesh.surfaces["airway"]))
@@ -92,12 +79,12 @@ def mean_interface_edge(mesh: Any) -> float:
 class Voice:
     """What is measured of a run between two times (s)."""
 
-    def __init__(self, name: str, run: plica.Run, start: float, until: float = np.inf) -> None:
-        cut = Cut(run, start, until)
-        starts = steady_cycles(cut).starts
-        self.name, self.run, self.time, self.waveforms = name, run, cut.time, cut.waveforms
-        self.measures = measure(cut)
-        self.blocks = [measure(cut, Cycles(starts[k : k + 5])) for k in range(0, starts.size - 4, 4)]
+    def __init__(self, name: str, run: plica.Run, start: float, until: float | None = None) -> None:
+        part = run.between(start, until)
+        starts = part.cycles.starts
+        self.name, self.run, self.time, self.waveforms = name, run, part.time, part.waveforms
+        self.measures = part.measures
+        self.blocks = [measure(part, Cycles(starts[k : k + 5])) for k in range(0, starts.size - 4, 4)]
         self.unknowns = int((~fixed_components(run.scene, run.mesh)).sum())
 
     @property

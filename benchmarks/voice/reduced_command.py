@@ -2,9 +2,9 @@
 
     python -m benchmarks.voice.reduced_command -o runs/command
 
-A quarter of the voice of `reduced_voices` at 0.7 kPa for 0.4 s, 8,000 steps, whose basis stands beside the
-full run: that is made in the folder where it is missing. Processor time of whole processes and of calls, on
-one thread; medians of --repeats. Record: `reduced_command`.
+A quarter of the voice of `reduced_voices` at 0.7 kPa for 0.4 s, 8,000 steps, in a basis of a
+full run; both are made in the folder where they are missing. Processor time of whole processes and of calls,
+on one thread; medians of --repeats. Record: `reduced_command`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from statistics import median
 import plica
 from benchmarks.harness.study import of_this_engine, record, script_parser
 from benchmarks.voice.reduced_voices import scene_of
-from plica.runs.basis_file import kept_basis
 from plica.scene.mesh.build import build_mesh
 
 RUN = "import sys, plica; plica.set_threads(1); plica.run(sys.argv[1], sys.argv[2], progress=False)"
@@ -34,10 +33,11 @@ class Commands:
     def __init__(self, folder: Path, repeats: int) -> None:
         self.folder, self.repeats = folder, repeats
         full = plica.run(scene_of("quarter"), folder / "full", resume="if_there")
-        reduction = {"full_run": str(full.directory)}
+        if not (folder / "basis.h5").exists():
+            plica.reduce(full, folder / "basis.h5")
+        reduction = {"basis": str(folder / "basis.h5")}
         self.scene = scene_of("quarter", "quiet").replace({"reduction": reduction, "time.duration": 0.4})
         self.scene.save(folder / "voice.toml")
-        self.case(self.scene)  # stores the basis beside the full run
 
     def rows(self) -> list[list[str]]:
         voice, out = str(self.folder / "voice.toml"), str(self.folder / "voice")
@@ -81,8 +81,7 @@ class Commands:
 
     def steps(self) -> float:
         mesh = build_mesh(self.scene.mesh, self.scene.source)
-        basis = kept_basis(self.folder / "voice", self.scene, mesh)
-        simulation = plica.build_simulation(self.scene, mesh, basis=basis)
+        simulation = plica.build_simulation(self.scene, mesh)
         start = time.process_time()
         simulation.advance(self.scene.time.steps)
         return time.process_time() - start

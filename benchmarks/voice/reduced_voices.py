@@ -17,7 +17,6 @@ import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import plica
 from benchmarks.harness.record import ROOT
@@ -79,8 +78,10 @@ class Study:
 
     def row(self, voice: str, full: plica.Run, basis: plica.Run, components: int) -> list[str]:
         truth = values(full, self.options.start)
-        reduction: dict[str, Any] = {"full_run": str(basis.directory), "components": components}
-        scene = full.scene.replace({"reduction": reduction})
+        file = basis.directory.with_name(f"{basis.directory.name}_{components}.h5")
+        if not file.exists():
+            plica.reduce(basis, file, components=components)
+        scene = full.scene.replace({"reduction": {"basis": str(file)}})
         run = self.made(f"{voice}_{components}", scene)
         vectors = kept_basis(run.directory, scene, build_mesh(scene.mesh, scene.source), resumed=True)
         seconds, parts = cost(run, vectors, self.options.length)

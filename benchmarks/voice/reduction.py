@@ -22,11 +22,10 @@ import numpy as np
 
 import plica
 from benchmarks.harness.study import of_this_engine, record, script_parser
-from benchmarks.voice.measures import Cut
-from plica.measures.run.measure import measure
 from plica.runs import checkpoint
-from plica.runs.basis_file import BASIS, write_basis
-from plica.runs.build import basis_of, fixed_components
+from plica.runs.basis_file import write_basis
+from plica.runs.build import fixed_components
+from plica.runs.reduce import basis_of
 from plica.scene.mesh.build import build_mesh
 
 # Measure: whether its error is relative, the goal.
@@ -50,7 +49,7 @@ COLUMNS = [
 
 
 def values(run: plica.Run, start: float) -> dict[str, Any]:
-    found = measure(Cut(run, start))
+    found = run.between(start).measures
     return {name: found[name].value if name in found else None for name in GOALS}
 
 
@@ -94,12 +93,9 @@ def rows(options: argparse.Namespace) -> Iterator[list[str]]:
     sizes = [tuple(int(part) for part in size.split(",")) for size in options.sizes]
     most = tuple(max(counts) for counts in zip(*sizes, strict=True))
 
-    def reduced(modes: int, vectors: int) -> plica.Scene:
-        reduction = {"modes": modes, "contact_vectors": vectors}
-        return full.scene.replace({"symmetry": None, "reduction": reduction, "output": None})
-
-    mesh = build_mesh(full.scene.mesh, full.scene.source)
-    largest = basis_of(reduced(*most), mesh)
+    whole = full.scene.replace({"symmetry": None, "output": None})
+    mesh = build_mesh(whole.mesh, whole.source)
+    largest = basis_of(whole, mesh, modes=most[0], contact_vectors=most[1])
     truth, (dear, _) = values(full, options.start), cost(full)
     shown = (
         f"{truth['fundamental_frequency']:.2f} Hz",
@@ -110,13 +106,13 @@ def rows(options: argparse.Namespace) -> Iterator[list[str]]:
     unknowns = int((~fixed_components(full.scene, mesh)).sum())
     yield ["full", f"{unknowns:,}", *shown, f"{dear:.0f}", ""]
     for modes, vectors in sizes:
-        scene = reduced(modes, vectors)
         parts = (largest[:, :modes], largest[:, most[0] : largest.shape[1] - most[1]])
         basis = np.hstack([*parts, largest[:, largest.shape[1] - vectors :]])
         directory = of_this_engine(options.output) / f"{modes}_{vectors}"
-        directory.mkdir(parents=True, exist_ok=True)
-        if not (directory / BASIS).exists():  # a run that goes on does so in its own
-            write_basis(directory, scene, mesh, basis)
+        file = directory.with_suffix(".h5")
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        write_basis(file, whole, mesh, basis)
+        scene = whole.replace({"reduction": {"basis": str(file)}})
         name = [f"{modes}, {vectors}", str(basis.shape[1])]
         try:
             run = plica.run(scene, directory, resume="if_there")

@@ -22,6 +22,7 @@ from plica.camera.pose import Camera
 from plica.errors import CautionWarning, InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
 from plica.films import Film, film, write_film
 from plica.runs.build import build_simulation, equilibrium
+from plica.runs.reduce import reduce
 from plica.runs.results import Run
 from plica.runs.run import run
 from plica.scene.mesh.build import build_mesh
@@ -130,6 +131,7 @@ __all__ = [
     "estimate_uncertainty",
     "film",
     "flow",
+    "reduce",
     "run",
     "set_threads",
     "write_film",

@@ -19,6 +19,7 @@ __all__ = [
     "add_threads",
     "as_options",
     "joined",
+    "length",
     "numbers",
     "tolerance",
     "whole",
@@ -177,3 +178,11 @@ def tolerance(text: str) -> float:
     if not 0 < value < 1:
         raise argparse.ArgumentTypeError(f"{text}; must be a number between 0 and 1.")
     return value
+
+
+def length(text: str) -> float | str:
+    """A length from the command line: a number in m, or a number with a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

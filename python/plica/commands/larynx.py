@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plica.commands.arguments import add_command, as_options, numbers
+from plica.commands.arguments import add_command, as_options, length, numbers
 from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -47,10 +47,10 @@ def add_commands(commands: Any) -> None:
     part.add_argument("--mask", metavar="FILE", type=Path, help="image, white where the glottis is")
     part.add_argument("--frame", dest="number", metavar="N", type=int, help="frame of an analysis, from 0")
     part.add_argument("--mm-per-px", metavar="MM", type=float, help="size of a pixel")
-    part.add_argument("--r-in", metavar="LENGTH", type=_length, help='half the folds\' length, e.g. "7 mm"')
-    part.add_argument("--wall", metavar="LENGTH", type=_length, help="r_out - r_in (default: 1 mm)")
+    part.add_argument("--r-in", metavar="LENGTH", type=length, help='half the folds\' length, e.g. "7 mm"')
+    part.add_argument("--wall", metavar="LENGTH", type=length, help="r_out - r_in (default: 1 mm)")
     part.add_argument(
-        "--l-occ", metavar="LENGTH", type=_length, help="length that is hidden by cartilage (default: 0)"
+        "--l-occ", metavar="LENGTH", type=length, help="length that is hidden by cartilage (default: 0)"
     )
     part.add_argument(
         "--heights",
@@ -60,7 +60,7 @@ def add_commands(commands: Any) -> None:
         help="mm, upward (default: -12,-7,-4,0,2,12)",
     )
     part.add_argument(
-        "--layer-thickness", metavar="LENGTH", type=_length, help="of cover and ligament (default: 0.5 mm)"
+        "--layer-thickness", metavar="LENGTH", type=length, help="of cover and ligament (default: 0.5 mm)"
     )
     part.add_argument(
         "--tilt", metavar="DEG", type=float, help="inclination of the camera towards anterior (default: 0)"
@@ -155,14 +155,6 @@ def _of_analysis(options: argparse.Namespace) -> tuple[Any, Any, dict[str, Any]]
     known = {"mm_per_px": found.settings.mm_per_px, "anterior": found.settings.anterior}
     frame = found.frames().frame(options.number % found.count)
     return frame, mask, {name: value for name, value in known.items() if value is not None}
-
-
-def _length(text: str) -> float | str:
-    """A length from the command line: a number in m, or a number with a unit."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _comment(made: LarynxFit) -> str:

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
-from plica.scene.symmetry import mirrored_mean
+from plica.scene.symmetry import mirrored_mean, nearest_image, symmetry_planes
 
 __all__ = ["contact_nodes", "reduction_basis"]
 
@@ -33,7 +33,7 @@ def reduction_basis(
     surface: str | None = None,
     sides: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
     reach: float = np.inf,
-    planes: int = 0,
+    symmetry: str | None = None,
     on_start: Callable[[], None] | None = None,
 ) -> Floats:
     """A basis (3 n, vectors) of displacements, zero where they are fixed.
@@ -63,9 +63,9 @@ def reduction_basis(
         Triangles of the contact surfaces.
     reach : float
         [m] Largest distance at rest of nodes with contact vectors from the other surface.
-    planes : int
-        Number of symmetry planes of the vectors: 0 none, 1 x = 0, 2 y = 0, too. The scene must be symmetric;
-        of the motion the symmetric part is used.
+    symmetry : str, optional
+        Of the vectors, as a scene's, which must be symmetric: modes and contact vectors are those of its
+        symmetric displacements, of the motion the symmetric part is used.
     on_start : callable, optional
         Called once the requested numbers are known to be available.
 
@@ -75,33 +75,35 @@ def reduction_basis(
         If more vectors are requested than there are, or a rigid motion is possible.
     """
     free, points = ~fixed.ravel(), np.asarray(mesh.points)
-    count = int(free.sum())
+    planes = symmetry_planes(symmetry)
+    symmetric = _Symmetric(points, planes, free)
+    count = symmetric.count
     if motion is not None:
         modes, contact_vectors = modes or 0, contact_vectors or 0
     forces = None
     if sides is not None and contact_vectors != 0:
-        forces = _contact_forces(points, sides, reach, free)
+        forces = symmetric.forces(_contact_forces(points, sides, reach, free))
     if contact_vectors is None:
         contact_vectors = 0 if forces is None else min(CONTACT_VECTORS, forces.shape[1], count)
     if modes is None:
         modes = min(MODES, count - contact_vectors)
-    if modes + contact_vectors > count:
-        raise InvalidInput(
-            f"reduction: modes + contact_vectors = {modes + contact_vectors}; must be <= {count}, the "
-            "scene's unknowns."
-        )
     if contact_vectors and (forces is None or contact_vectors > forces.shape[1]):
         raise InvalidInput(
-            f"reduction: contact_vectors = {contact_vectors}; must be <= "
+            f"reduce: contact_vectors = {contact_vectors}; must be <= "
             f"{0 if forces is None else forces.shape[1]}, the free nodes of the contact within its reach. "
             "The default is at most that."
+        )
+    if modes + contact_vectors > count:
+        raise InvalidInput(
+            f"reduce: modes = {modes} with {contact_vectors} contact vectors; must be <= "
+            f"{count - contact_vectors}, the scene's unknowns without these."
         )
     K, M = (_matrix(values, free) for values in (full.stiffness, full.mass))
     try:
         solver = _engine.StaticSolver(full)
     except SolveFailed:
         raise InvalidInput(
-            "reduction: a rigid motion is possible; must have supports that prevent it, as static responses "
+            "reduce: a rigid motion is possible; must have supports that prevent it, as static responses "
             "need them."
         ) from None
 
@@ -118,7 +120,7 @@ def reduction_basis(
         columns.append(_principal_components(K, fields, count))
     if on_start is not None:
         on_start()
-    columns.append(_lowest_modes(K, M, solve, modes))
+    columns.append(symmetric.lowest_modes(K, M, solve, modes))
     if surface is not None:
         loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)
         loads = np.ascontiguousarray(np.asarray(loads)[free])
@@ -130,6 +132,58 @@ def reduction_basis(
     # Removes round-off outside the symmetry.
     fields = mirrored_mean(basis.T.reshape(-1, *fixed.shape), points, planes)
     return fields.reshape(-1, free.size).T
+
+
+class _Symmetric:
+    """Symmetric displacements q of free nodes, u = S q; of no planes all, S = 1.
+
+    S has a column for each component of one node of those that are mirrored to each other: the mean of its
+    unit displacement's images, orthogonal to the others.
+    """
+
+    def __init__(self, points: Floats, planes: int, free: NDArray[np.bool_]) -> None:
+        self.spread: Any = None
+        self.count = int(free.sum())
+        if planes == 0:
+            return
+        nodes = np.arange(len(points))
+        first, spread = nodes.copy(), eye_array(free.size, format="csr")
+        for axis in range(planes):
+            image = nearest_image(points, axis)
+            signs = np.where(np.arange(3) == axis, -1.0, 1.0)
+            rows, columns = (3 * of[:, None] + np.arange(3) for of in (nodes, image))
+            values = np.broadcast_to(signs, rows.shape)
+            mirror = csr_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=2 * (free.size,))
+            spread = 0.5 * (spread + mirror @ spread)
+            first = np.minimum(first, first[image])
+        taken = np.repeat(first == nodes, 3) & (spread.diagonal() > 0) & free
+        self.spread = spread.tocsc()[:, taken][free]
+        self.squares = np.asarray(self.spread.multiply(self.spread).sum(axis=0)).ravel()
+        self.count = int(taken.sum())
+
+    def forces(self, forces: Floats) -> Floats:
+        """The symmetric part of forces (unknowns, any), those alike left out."""
+        if self.spread is None:
+            return forces
+        found: Floats = self.spread @ ((self.spread.T @ forces) / self.squares[:, None])
+        size = np.linalg.norm(found, axis=0)
+        keys = np.round(found[:, size > 0] / size[size > 0], 9)
+        keys *= np.sign(keys[np.abs(keys).argmax(axis=0), np.arange(keys.shape[1])])
+        return np.ascontiguousarray(
+            found[:, size > 0][:, np.sort(np.unique(keys, axis=1, return_index=True)[1])]
+        )
+
+    def lowest_modes(self, K: Any, M: Any, solve: Any, count: int) -> Floats:
+        if self.spread is None:
+            return _lowest_modes(K, M, solve, count)
+        S = self.spread
+
+        def solve_part(forces: Floats) -> Floats:
+            found: Floats = (S.T @ solve(S @ (forces / self.squares[:, None]))) / self.squares[:, None]
+            return found
+
+        shapes: Floats = S @ _lowest_modes((S.T @ K @ S).tocsc(), (S.T @ M @ S).tocsc(), solve_part, count)
+        return shapes
 
 
 def contact_nodes(
@@ -176,8 +230,8 @@ def _principal_components(K: Any, motion: NDArray[np.floating[Any]], count: int)
     energy."""
     if not 1 <= count <= motion.shape[1]:
         raise InvalidInput(
-            f"reduction: components = {count}; must be in [1, {motion.shape[1]}], the stored frames of "
-            "full_run. Set a shorter output.every or an earlier output.start of that run."
+            f"reduce: components = {count}; must be in [1, {motion.shape[1]}], the stored frames of "
+            "the run. Set a shorter output.every or an earlier output.start of it."
         )
     fields: Floats = motion.astype(float)
     _, directions = np.linalg.eigh(fields.T @ (K @ fields))

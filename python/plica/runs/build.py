@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -11,8 +9,7 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
-from plica.runs.full_run import stored_motion
-from plica.runs.results import Run
+from plica.runs.basis_file import read_basis
 from plica.scene.held import fixed_components
 from plica.scene.initial import initial_fields
 from plica.scene.mesh.build import build_mesh
@@ -21,10 +18,16 @@ from plica.scene.mesh.surface_fault import airway_fault, contact_fault, selectin
 from plica.scene.part import OneOf, Part
 from plica.scene.parts import Airflow, Contact
 from plica.scene.scene import Scene
-from plica.scene.symmetry import symmetry_planes
 from plica.scene.tissue import Tissue
 
-__all__ = ["basis_of", "build_simulation", "equilibrium", "fixed_components", "materials_of", "probe_nodes"]
+__all__ = [
+    "build_simulation",
+    "contact_sides",
+    "equilibrium",
+    "fixed_components",
+    "materials_of",
+    "probe_nodes",
+]
 
 Side = Literal["none", "left", "right"]
 _SIDES: tuple[Side, ...] = ("none", "left", "right")
@@ -47,8 +50,8 @@ def build_simulation(
     displacement, velocity : (n, 3) m and m/s, optional
         Initial values instead of those of the scene; zero at fixed nodes.
     basis : (3 n, any), optional
-        For a scene with a reduction: the vectors whose combinations are the displacements, instead of those
-        that the scene specifies.
+        The vectors whose combinations are the displacements, instead of those in the file of the scene's
+        reduction.
 
     Returns
     -------
@@ -89,9 +92,11 @@ def build_simulation(
         parts["probes"] = probe_nodes(scene, mesh)
     if scene.symmetry is not None:
         parts["symmetry"] = scene.symmetry
-    if scene.reduction is not None:
-        basis = basis_of(scene, mesh) if basis is None else basis
-        parts["reduction"] = _options(scene.reduction, basis=basis)
+    if basis is None and scene.reduction is not None:
+        basis = read_basis(scene.reduction.basis, scene, mesh)
+    if basis is not None:
+        watched = {} if scene.reduction is None else {"watch_every": scene.reduction.watch_every}
+        parts["reduction"] = _engine.Reduction(basis=basis, **watched)
     try:
         return _engine.Simulation(
             **body,
@@ -104,57 +109,6 @@ def build_simulation(
         )
     except InvalidInput as error:
         raise _airway_located(scene, mesh, error) from None
-
-
-def basis_of(
-    scene: Scene, mesh: _engine.TetMesh, on_start: Callable[[], None] | None = None
-) -> NDArray[np.float64]:
-    """The vectors (3 n, any) of a scene with a reduction; `on_start` is called before they are computed.
-
-    Raises SceneError if it asks for more vectors than the mesh has.
-    """
-    reduction = scene.reduction
-    if reduction is None:
-        raise SceneError(f"{scene.source}: reduction is left out; must be given for a basis.")
-    from plica.runs.basis import reduction_basis  # needs SciPy, which no other scene does
-
-    try:
-        return reduction_basis(
-            build_simulation(scene.replace({"reduction": None, "symmetry": None}), mesh),
-            mesh,
-            fixed_components(scene, mesh),
-            motion=None if reduction.full_run is None else _motion(scene, reduction.full_run, mesh),
-            components=reduction.components,
-            modes=reduction.modes,
-            contact_vectors=0 if scene.contact is None else reduction.contact_vectors,
-            surface=None if scene.airflow is None else scene.airflow.surface,
-            sides=None if scene.contact is None else _sides(scene.contact, mesh),
-            reach=reduction.contact_reach,
-            planes=symmetry_planes(scene.symmetry),
-            on_start=on_start,
-        )
-    except InvalidInput as error:
-        raise _located(scene, error) from None
-
-
-def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.float32]:
-    """The displacements (frames, n, 3) m of a full run; raises InvalidInput if it does not fit the scene."""
-    try:
-        run = Run.load(directory)
-    except InvalidInput as error:
-        raise InvalidInput(f"reduction.full_run: {error}") from None
-    motion = stored_motion(run, mesh)
-    if not np.array_equal(fixed_components(run.scene, mesh), fixed_components(scene, mesh)):
-        raise InvalidInput(
-            f"reduction.full_run = {directory} has other fixed nodes; must have the scene's supports."
-        )
-    if run.scene.symmetry not in (None, scene.symmetry):
-        own = "none" if scene.symmetry is None else f'none or "{scene.symmetry}"'
-        raise InvalidInput(
-            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have {own}, like '
-            "the scene: its displacements contain no motion outside its symmetry."
-        )
-    return motion
 
 
 def equilibrium(scene: Scene) -> NDArray[np.float64]:
@@ -325,7 +279,7 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
     for side in ("first", "second"):
         _known_surface(scene, f"contact.{side}", getattr(contact, side), mesh, sided=True)
     surfaces = [mesh.surfaces[name] for name in (contact.first, contact.second)]
-    first, second = _sides(contact, mesh)
+    first, second = contact_sides(contact, mesh)
     points = np.asarray(mesh.points)
     try:
         if contact.airway == "matched":
@@ -349,7 +303,7 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
     return made
 
 
-def _sides(contact: Contact, mesh: _engine.TetMesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def contact_sides(contact: Contact, mesh: _engine.TetMesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """The flat triangles (f, 3) of both surfaces."""
     first, second = (_engine.flat_triangles(mesh.surfaces[name]) for name in (contact.first, contact.second))
     return first, second

@@ -1,9 +1,6 @@
-"""The full run from which a reduced scene computes its vectors."""
+"""The full run of whose motion a basis is made."""
 
 from __future__ import annotations
-
-import hashlib
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +9,7 @@ from plica import _engine
 from plica.errors import InvalidInput
 from plica.runs.results import Run
 
-__all__ = ["motion_digest", "stored_motion"]
+__all__ = ["stored_motion"]
 
 
 def stored_motion(run: Run, mesh: _engine.TetMesh) -> NDArray[np.float32]:
@@ -20,7 +17,7 @@ def stored_motion(run: Run, mesh: _engine.TetMesh) -> NDArray[np.float32]:
 
     Raises InvalidInput for a run that is itself reduced, not finished, without frames or on another mesh.
     """
-    key = f"reduction.full_run = {run.directory}"
+    key = run.directory
     if run.scene.reduction is not None:
         raise InvalidInput(f"{key} is itself reduced; must be a run without reduction.")
     if run.status != "finished":
@@ -37,18 +34,3 @@ def stored_motion(run: Run, mesh: _engine.TetMesh) -> NDArray[np.float32]:
             f"{key} has no stored displacements; must have some steady cycles. Set its output.every."
         )
     return np.asarray(run.displacement)
-
-
-def motion_digest(directory: Path) -> str:
-    """Digest of a run's scene and of all its stored displacements; empty if there is no run.
-
-    Of the checksums that the displacements are stored with: those that are read are verified by them.
-    """
-    try:
-        run = Run.load(directory)
-        found = hashlib.sha256(run.scene.digest().encode())
-        found.update(np.ascontiguousarray(run.fields["time"]).tobytes())
-        found.update(run.displacement.checksums.tobytes())
-    except InvalidInput:
-        return ""
-    return found.hexdigest()

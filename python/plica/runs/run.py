@@ -148,7 +148,7 @@ def run_telling(
             has_all(directory, scene)  # again, now that no other process writes
         mesh = build_mesh(scene.mesh, scene.source)
         try:
-            basis = _basis(scene, directory, mesh, there, shown=progress)
+            basis = _basis(scene, directory, mesh, there)
             simulation = build_simulation(scene, mesh, basis=basis)
             runner = _Runner(scene, directory, mesh, simulation)
             runner.run(shown=progress, tell=tell)
@@ -182,20 +182,19 @@ def run_from(
     there = holds_run(directory)
     with _created(directory), only_writer(directory):
         if basis is not None and not there:
-            write_basis(directory, scene, mesh, basis)
-        basis = _basis(scene, directory, mesh, there, shown=progress)
+            write_basis(directory / BASIS, scene, mesh, basis)
+        else:
+            basis = _basis(scene, directory, mesh, there)
         simulation = build_simulation(scene, mesh, displacement, velocity, basis)
         _Runner(scene, directory, mesh, simulation).run(shown=progress)
     return Run.load(directory)
 
 
-def _basis(
-    scene: Scene, directory: Path, mesh: _engine.TetMesh, resumed: bool, *, shown: bool
-) -> NDArray[np.float64] | None:
+def _basis(scene: Scene, directory: Path, mesh: _engine.TetMesh, resumed: bool) -> NDArray[np.float64] | None:
     """The basis of a scene with a reduction, else None."""
     if scene.reduction is None:
         return None
-    return kept_basis(directory, scene, mesh, resumed=resumed, shown=shown)
+    return kept_basis(directory, scene, mesh, resumed=resumed)
 
 
 @contextmanager

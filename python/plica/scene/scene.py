@@ -150,7 +150,7 @@ class Scene(Part):
             data = tomllib.loads(text)
         except ValueError as error:  # TOMLDecodeError, or a number of thousands of digits
             raise SceneError(f"{where}: not TOML: {error}.") from None
-        for name, path in (("mesh", "file"), ("reduction", "full_run")):
+        for name, path in (("mesh", "file"), ("reduction", "basis")):
             part = data.get(name)
             if isinstance(part, dict) and isinstance(part.get(path), str):
                 part[path] = str(((folder or Path()) / part[path]).resolve())
@@ -274,8 +274,6 @@ class Scene(Part):
         return self
 
     def _symmetry_fits(self) -> None:
-        if self.reduction is not None:
-            self._reduction_is_symmetric(self.reduction)
         if self.contact is not None and self.contact.nitsche is not None:
             raise problem("must be left out with contact.nitsche.", "symmetry", value=self.symmetry)
         if isinstance(self.mesh, Block | Blocks):
@@ -285,20 +283,6 @@ class Scene(Part):
                 "the same diagonals. Use a larynx, or a symmetric mesh file."
             )
             raise problem(relation, "symmetry", value=self.symmetry)
-
-    def _reduction_is_symmetric(self, reduction: Reduction) -> None:
-        if reduction.full_run is None:
-            relation = (
-                f'must be given with symmetry = "{self.symmetry}": most modes and contact vectors of all '
-                "tissue are not symmetric."
-            )
-            raise problem(relation, "reduction", "full_run")
-        for name in ("modes", "contact_vectors"):
-            if value := getattr(reduction, name):
-                relation = (
-                    f'must be left out with symmetry = "{self.symmetry}": most of them are not symmetric.'
-                )
-                raise problem(relation, "reduction", name, value=value)
 
 
 def _changed(source: str) -> str:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from typing import Any
 
 from plica import _engine
-from plica.runs.basis_file import basis_seconds, kept_basis
-from plica.runs.build import basis_of, build_simulation
+from plica.runs.basis_file import kept_basis
+from plica.runs.build import build_simulation
 from plica.runs.results import Run
 from plica.scene.mesh.build import build_mesh
 from plica.uncertainty.level import Basis, PlannedLevel, fields_of
@@ -32,14 +31,11 @@ class Own:
     mesh : TetMesh
     basis : (3 n, any) or None
         Basis of a reduced scene.
-    basis_seconds : float
-        Time to compute it; 0 without, or if unknown.
     """
 
     step: float
     mesh: _engine.TetMesh
     basis: Basis | None
-    basis_seconds: float
 
     @staticmethod
     def of(run: Run) -> Own:
@@ -47,18 +43,16 @@ class Own:
         scene, step = run.scene, run.seconds / max(run.steps, 1)
         mesh = build_mesh(scene.mesh, scene.source)
         if scene.reduction is None:
-            return Own(step, mesh, None, 0.0)
-        basis = kept_basis(run.directory, scene, mesh, resumed=True)
-        return Own(step, mesh, basis, basis_seconds(run.directory))
+            return Own(step, mesh, None)
+        return Own(step, mesh, kept_basis(run.directory, scene, mesh, resumed=True))
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Expected time of a level (s), a description, and the basis computed for its trial."""
+    """Expected time of a level (s), and a description."""
 
     seconds: float
     note: str
-    basis: Basis | None = None
 
 
 def cost_of(level: PlannedLevel, run: Run, start: Start | None, mine: Own, left: float) -> Cost:
@@ -66,24 +60,20 @@ def cost_of(level: PlannedLevel, run: Run, start: Start | None, mine: Own, left:
     beyond the seconds that are left."""
     steps = level.scene.time.steps
     if level.kind == "step":
-        return Cost(steps * mine.step, _description(steps, mine.step, 0.0), level.basis)
+        return Cost(steps * mine.step, _description(steps, mine.step))
     cells = len(level.mesh.cells) / len(run.mesh.cells)
     growth = cells**_COST_EXPONENT
-    guess = growth * (mine.basis_seconds + steps * mine.step)
-    if guess > _HOPELESS * max(left, 1.0) or growth * mine.basis_seconds > left:
+    guess = growth * steps * mine.step
+    if guess > _HOPELESS * max(left, 1.0):
         return Cost(guess, f"{cells:.3g} times the cells would take about {clock(guess)}")
-    begin = time.perf_counter()
-    basis = None if level.scene.reduction is None else basis_of(level.scene, level.mesh)
-    making = 0.0 if basis is None else time.perf_counter() - begin
-    base = build_simulation(run.scene, mine.mesh, *_initial_fields(start), mine.basis)
-    other = build_simulation(level.scene, level.mesh, *fields_of(level, run, start), basis)
+    base = build_simulation(run.scene, mine.mesh, *_initial_fields(start))
+    other = build_simulation(level.scene, level.mesh, *fields_of(level, run, start))
     step = mine.step * step_cost(other) / step_cost(base)
-    return Cost(making + steps * step, _description(steps, step, making), basis)
+    return Cost(steps * step, _description(steps, step))
 
 
-def _description(steps: int, step: float, making: float) -> str:
-    basis = f" after a basis of {clock(making)}" if making else ""
-    return f"{steps} steps of {1e3 * step:.3g} ms{basis} are {clock(making + steps * step)}"
+def _description(steps: int, step: float) -> str:
+    return f"{steps} steps of {1e3 * step:.3g} ms are {clock(steps * step)}"
 
 
 def _initial_fields(start: Start | None) -> tuple[Any, Any]:

@@ -40,8 +40,7 @@ class PlannedLevel:
     seconds : float
         Expected time.
     basis : (3 n, any) or None
-        Basis of a reduced scene. For a step level that of the run, so that only the step differs. None: it is
-        computed when the level is run.
+        Basis of a reduced scene: that of the run, so that only the step differs.
     """
 
     name: str

@@ -89,9 +89,9 @@ def plan_levels(
             )
             too_expensive.add(level.kind)
             continue
-        chosen.append(replace(level, seconds=cost.seconds, basis=cost.basis))
+        chosen.append(replace(level, seconds=cost.seconds))
     if not any(level.kind == "mesh" for level in chosen):
-        remarks.append(_no_mesh(other, candidates, "mesh" in too_expensive))
+        remarks.append(_no_mesh(run, other, candidates, "mesh" in too_expensive))
     content = {"options": options, "seconds": {one.name: one.seconds for one in chosen}, "remarks": remarks}
     write_json(content, path, guarded=True)
     return Plan(tuple(chosen), tuple(remarks))
@@ -114,7 +114,7 @@ def _candidates(
         steps = int(np.ceil(length / scene.time.step))
     found = [_step_level(scene, steps, 2, basis)]
     made = (finer(scene), coarser(scene)) if other == "auto" else ()
-    meshes = made if isinstance(other, str) else (other,)
+    meshes = () if scene.reduction is not None else made if isinstance(other, str) else (other,)
     found += [
         PlannedLevel(one.name, "mesh", one.factor, _scene(one.scene, steps, 1), one)
         for one in meshes
@@ -162,10 +162,14 @@ def _level_text(level: PlannedLevel) -> str:
     return f"a mesh with edges {1 / level.factor:.2g} times as long"
 
 
-def _no_mesh(other: object, candidates: Mapping[str, PlannedLevel], too_expensive: bool) -> str:
+def _no_mesh(run: Run, other: object, candidates: Mapping[str, PlannedLevel], too_expensive: bool) -> str:
     not_estimated = "the error of the mesh is not estimated: "
     if other == "none":
         return not_estimated + "it was not requested"
+    if run.scene.reduction is not None:
+        return (
+            not_estimated + "a basis is of one mesh; make one on another mesh too (plica reduce), and compare"
+        )
     if not any(level.kind == "mesh" for level in candidates.values()):
         return not_estimated + "no other mesh can be made from this one; give one (--mesh)"
     if too_expensive:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -17,17 +18,20 @@ def test_an_import_brings_nothing_that_it_does_not_need(module: str) -> None:
     assert [name for name in found if name in UNNEEDED[module]] == []
 
 
-def test_a_scene_steps_without_scipy_and_a_reduced_one_with_it() -> None:
+def test_scenes_step_without_scipy_which_a_basis_is_made_with(tmp_path: Path) -> None:
     code = """
-import sys, plica
+import sys, numpy, plica
 scene = plica.Scene.model_validate({
     "mesh": {"block": {"size": [1e-2, 1e-2, 1e-2], "divisions": [2, 2, 2]}},
     "tissue": {"body": {"E": 1e4, "nu": 0.3}}, "supports": {"fixed": ["x_min"]}, "gravity": [0, 0, -9.81],
     "time": {"step": 1e-4, "duration": 1e-3}})
 plica.build_simulation(scene).advance(10)
+plica.build_simulation(scene, basis=numpy.random.default_rng(0).standard_normal((81, 4))).advance(10)
 before = "scipy" in sys.modules
-plica.build_simulation(scene.replace({"reduction": {"modes": 4, "contact_vectors": 0}})).advance(10)
+plica.reduce(scene, sys.argv[1], modes=4)
 print(before, "scipy" in sys.modules)
 """
-    made = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    made = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "basis.h5")], check=True, capture_output=True, text=True
+    )
     assert made.stdout.split() == ["False", "True"]

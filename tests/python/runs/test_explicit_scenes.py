@@ -145,4 +145,4 @@ def test_the_scene_says_what_it_needs(bar: plica.Scene) -> None:
 
 def test_a_reduction_is_refused(bar: plica.Scene) -> None:
     with pytest.raises(plica.SceneError, match=r"reduction: must be left out with central_differences"):
-        explicit(bar, reduction={"modes": 4})
+        explicit(bar, reduction={"basis": "basis.h5"})

@@ -11,19 +11,24 @@ from scipy.sparse.linalg import splu
 
 import plica
 from plica import _engine as engine
-from plica.errors import SceneError
+from plica.commands.main import main
 from plica.runs.basis import PRESSURE_VECTORS, contact_nodes
-from plica.runs.basis_file import BASIS, kept_basis
-from plica.runs.build import basis_of, build_simulation, fixed_components
+from plica.runs.basis_file import BASIS
+from plica.runs.build import build_simulation, fixed_components
+from plica.runs.reduce import basis_of
 from plica.scene.mesh.build import build_mesh
 
-REACH = "10 mm"
+REACH = 10e-3
 
 
-def reduced(scene: plica.Scene, modes: int, vectors: int) -> plica.Scene:
-    return scene.replace(
-        {"reduction": {"modes": modes, "contact_vectors": vectors, "contact_reach": REACH, "watch_every": 4}}
-    )
+def vectors(scene: plica.Scene, mesh: engine.TetMesh, modes: int, contact: int) -> np.ndarray:
+    return basis_of(scene, mesh, modes=modes, contact_vectors=contact, contact_reach=REACH)
+
+
+def reduced(scene: plica.Scene, modes: int, contact: int, file: Path) -> plica.Scene:
+    """In a basis of these vectors, which is stored."""
+    plica.reduce(scene, file, modes=modes, contact_vectors=contact, contact_reach=REACH)
+    return scene.replace({"reduction": {"basis": str(file), "watch_every": 4}})
 
 
 def test_modes_are_those_of_a_dense_eigenproblem(bar: plica.Scene) -> None:
@@ -38,7 +43,7 @@ def test_modes_are_those_of_a_dense_eigenproblem(bar: plica.Scene) -> None:
         for matrix in (simulation.stiffness, simulation.mass)
     )
     expected = eigh(K, M)[0][:6]
-    shapes = basis_of(reduced(bar, 6, 0), mesh)[free]
+    shapes = vectors(bar, mesh, 6, 0)[free]
     squares = np.einsum("ij,ij->j", shapes, K @ shapes) / np.einsum("ij,ij->j", shapes, M @ shapes)
     np.testing.assert_allclose(squares, expected, rtol=1e-6)
 
@@ -51,7 +56,7 @@ def test_the_response_to_any_contact_force_is_in_a_basis_of_all_contact_vectors(
     sides = [np.unique(np.asarray(mesh.surfaces[name])) for name in ("airway_left", "airway_right")]
     free = ~fixed_components(phonating, mesh).any(axis=1)
     count = sum(int(free[side].sum()) for side in sides)
-    basis = basis_of(reduced(phonating, 0, count), mesh)
+    basis = vectors(phonating, mesh, 0, count)
     from scipy.sparse import csr_array
 
     K = csr_array(simulation.stiffness, shape=(basis.shape[0],) * 2)
@@ -68,8 +73,9 @@ def test_more_vectors_come_nearer_to_the_full_motion(phonating: plica.Scene) -> 
     wave = full.advance(40)
     assert wave["contact_rows"].max() > 0
     errors = []
-    for modes, vectors in ((10, 0), (40, 20), (150, 60)):
-        waves = build_simulation(reduced(phonating, modes, vectors), mesh).advance(40)
+    for modes, contact in ((10, 0), (40, 20), (150, 60)):
+        basis = vectors(phonating, mesh, modes, contact)
+        waves = build_simulation(phonating, mesh, basis=basis).advance(40)
         errors.append(np.abs(waves["minimum_area"] - wave["minimum_area"]).max() / wave["minimum_area"].max())
         energy = (waves["kinetic_energy"] + waves["elastic_energy"]).max()
         assert np.abs(waves["energy_balance_error"]).max() < 1e-10 * energy
@@ -78,7 +84,7 @@ def test_more_vectors_come_nearer_to_the_full_motion(phonating: plica.Scene) -> 
 
 
 def test_a_stopped_run_continues_in_its_own_basis(phonating: plica.Scene, tmp_path: Path) -> None:
-    scene = reduced(phonating, 20, 10)
+    scene = reduced(phonating, 20, 10, tmp_path / "basis.h5")
     whole = plica.run(scene, tmp_path / "whole", progress=False)
     short = scene.replace({"time.duration": "1 ms"})
     plica.run(short, tmp_path / "parts", progress=False)
@@ -94,21 +100,36 @@ def test_a_stopped_run_continues_in_its_own_basis(phonating: plica.Scene, tmp_pa
 
 
 def test_a_run_does_not_go_on_in_another_basis(phonating: plica.Scene, tmp_path: Path) -> None:
-    scene = reduced(phonating, 20, 10)
+    scene = reduced(phonating, 20, 10, tmp_path / "basis.h5")
     plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "run", progress=False)
     (tmp_path / "run" / BASIS).unlink()
     with pytest.raises(plica.InvalidInput, match=r"basis\.h5: is missing"):
         plica.run(scene, tmp_path / "run", resume=True, progress=False)
 
 
-def test_a_basis_of_another_mesh_is_recomputed(phonating: plica.Scene, tmp_path: Path) -> None:
-    scene = reduced(phonating, 4, 2)
-    mesh = build_mesh(scene.mesh)
-    kept = kept_basis(tmp_path, scene, mesh)
-    assert np.array_equal(kept_basis(tmp_path, scene, mesh, resumed=True), kept)
-    x = np.asarray(mesh.points)
-    other = build_mesh(scene.replace({"mesh.options.radius": 1.05 * np.hypot(x[:, 0], x[:, 1]).max()}).mesh)
-    assert not np.allclose(kept_basis(tmp_path, scene, other), kept)
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"mesh.options.around": 12}, "is a basis of another mesh; must be of the scene's"),
+        ({"supports.components": {"wall": "xy"}, "supports.fixed": []}, "is a basis of another supports"),
+        ({"symmetry": "half"}, r"is a basis of another symmetry \(none\); must be of the scene's \(half\)"),
+        ({"reduction.basis": "nowhere.h5"}, r"nowhere\.h5: is missing; must be .*plica reduce RUN"),
+    ],
+)
+def test_a_basis_of_another_mesh_supports_or_symmetry_is_refused(
+    phonating: plica.Scene, tmp_path: Path, changes: dict[str, object], text: str
+) -> None:
+    scene = reduced(phonating, 4, 2, tmp_path / "basis.h5")
+    with pytest.raises(plica.InvalidInput, match=text):
+        build_simulation(scene.replace(changes))
+    louder = scene.replace({"airflow.subglottal_pressure": "0.9 kPa", "tissue.cover.E": 500.0})
+    assert np.isfinite(build_simulation(louder).advance(2)["flow"]).all()
+
+
+@pytest.mark.parametrize("key", ["full_run", "components", "modes", "contact_vectors", "contact_reach"])
+def test_what_makes_a_basis_is_no_key_of_a_scene(phonating: plica.Scene, key: str) -> None:
+    with pytest.raises(plica.SceneError, match=rf"reduction\.{key}.*plica reduce RUN -o basis\.h5"):
+        phonating.replace({"reduction": {key: 10}})
 
 
 def test_a_scene_without_reduction_has_no_basis(bar: plica.Scene, tmp_path: Path) -> None:
@@ -117,52 +138,64 @@ def test_a_scene_without_reduction_has_no_basis(bar: plica.Scene, tmp_path: Path
 
 
 @pytest.mark.parametrize(
-    ("changes", "text"),
+    ("asked", "text"),
     [
-        ({"modes": 100_000}, "modes \\+ contact_vectors = 100010; must be <= "),
+        ({"modes": 100_000}, "modes = 100000 with 10 contact vectors; must be <= "),
         ({"contact_vectors": 5_000, "modes": 0}, "contact_vectors = 5000; must be <= "),
+        ({"components": 5}, "components = 5; must be left out with a scene"),
+        ({"contact_reach": "10 kg"}, 'contact_reach = "10 kg"'),
     ],
 )
-def test_a_reduction_that_asks_for_too_much_is_refused(
-    phonating: plica.Scene, changes: dict[str, object], text: str
+def test_a_basis_that_asks_for_too_much_is_refused(
+    phonating: plica.Scene, tmp_path: Path, asked: dict[str, object], text: str
 ) -> None:
-    given = {"modes": 10, "contact_vectors": 10, "contact_reach": REACH} | changes
-    with pytest.raises(SceneError, match=text):
-        build_simulation(phonating.replace({"reduction": given}))
+    given = {"modes": 10, "contact_vectors": 10, "contact_reach": REACH} | asked
+    with pytest.raises(plica.InvalidInput, match=text):
+        plica.reduce(phonating, tmp_path / "basis.h5", **given)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_basis_is_announced_when_it_is_made_and_not_before_it_is_refused(
     phonating: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for modes in (100_000, 3):
-        scene = phonating.replace({"reduction": {"modes": modes, "contact_vectors": 0}})
-        mesh = build_mesh(scene.mesh)
-        if modes > 3:
-            with pytest.raises(SceneError, match="modes"):
-                kept_basis(tmp_path, scene, mesh, shown=True)
-            assert capsys.readouterr().err == ""
-        else:
-            kept_basis(tmp_path, scene, mesh, shown=True)
-            kept_basis(tmp_path, scene, mesh, shown=True)
-            assert capsys.readouterr().err == "plica: computing and storing the basis of [reduction]\n"
+    phonating.save(tmp_path / "scene.toml")
+    command = [
+        "reduce",
+        str(tmp_path / "scene.toml"),
+        "-o",
+        str(tmp_path / "basis.h5"),
+        "--contact-vectors",
+        "0",
+    ]
+    assert main([*command, "--modes", "100000"]) == 2
+    refused = capsys.readouterr().err
+    assert "--modes = 100000 with 0 contact vectors; must be <= " in refused
+    assert "computing" not in refused
+    assert main([*command, "--modes", "3"]) == 0
+    said = capsys.readouterr()
+    assert said.err == "plica: computing the basis\n"
+    assert said.out == f"written: {tmp_path / 'basis.h5'}, {3 + PRESSURE_VECTORS} vectors\n"
+    assert main([*command, "--modes", "4"]) == 2
+    assert "--overwrite" in capsys.readouterr().err
+    assert main([*command, "--modes", "4", "--overwrite"]) == 0
 
 
-def test_bodies_without_supports_are_refused(colliding: plica.Scene) -> None:
-    with pytest.raises(SceneError, match=r"reduction: .*supports"):
-        build_simulation(reduced(colliding, 10, 0))
+def test_bodies_without_supports_are_refused(colliding: plica.Scene, tmp_path: Path) -> None:
+    with pytest.raises(plica.InvalidInput, match=r"reduce: .*supports"):
+        plica.reduce(colliding, tmp_path / "basis.h5", modes=10)
 
 
-def test_a_reduction_left_to_its_defaults_takes_what_a_small_mesh_has(phonating: plica.Scene) -> None:
+def test_a_basis_left_to_its_defaults_takes_what_a_small_mesh_has(phonating: plica.Scene) -> None:
     reach = 3e-3
-    scene = phonating.replace({"reduction": {"contact_reach": reach}})
-    mesh = build_mesh(scene.mesh)
-    fixed = fixed_components(scene, mesh)
+    mesh = build_mesh(phonating.mesh)
+    fixed = fixed_components(phonating, mesh)
     first, second = (np.asarray(mesh.surfaces[name]) for name in ("airway_left", "airway_right"))
     near = contact_nodes(np.asarray(mesh.points), (first, second), reach)[0]
     contact = int((~fixed[near].all(axis=1)).sum())
     assert 0 < contact < 100
     modes = min(200, int((~fixed).sum()) - contact)
-    assert basis_of(scene, mesh).shape[1] == modes + PRESSURE_VECTORS + contact
+    basis = basis_of(phonating, mesh, contact_reach=reach)
+    assert basis.shape[1] == modes + PRESSURE_VECTORS + contact
 
 
 def held_energy(basis: np.ndarray, K: csr_array, responses: np.ndarray) -> float:
@@ -186,7 +219,7 @@ def test_static_responses_are_taken_in_the_combinations_that_hold_most_elastic_e
     along[nodes, :, np.arange(len(nodes))] = normals
     patterns = engine.pressure_patterns(mesh, mesh.surfaces[phonating.airflow.surface], full.section_height)
     monkeypatch.setattr("plica.runs.basis.PRESSURE_VECTORS", count)
-    basis = basis_of(reduced(phonating, 0, count), mesh)[free]
+    basis = vectors(phonating, mesh, 0, count)[free]
     assert basis.shape[1] == 2 * count
     for taken, all_forces in (
         (basis[:, :count], np.asarray(patterns)),
@@ -204,4 +237,4 @@ def test_as_many_responses_to_pressures_are_taken_as_it_says(
 ) -> None:
     mesh = build_mesh(phonating.mesh)
     monkeypatch.setattr("plica.runs.basis.PRESSURE_VECTORS", 5)
-    assert basis_of(reduced(phonating, 3, 0), mesh).shape[1] == 3 + 5
+    assert vectors(phonating, mesh, 3, 0).shape[1] == 3 + 5

@@ -1,28 +1,22 @@
-"""A basis from the motion of a full run: what is taken, kept, renewed and refused."""
+"""A basis from the motion of a full run: what is taken, shared and refused."""
 
 from __future__ import annotations
 
-import shutil
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 import plica
-from plica.errors import SceneError
 from plica.runs import store
 from plica.runs.basis import PRESSURE_VECTORS
-from plica.runs.basis_file import BASIS, kept_basis
-from plica.runs.build import basis_of, build_simulation
-from plica.runs.full_run import motion_digest
+from plica.runs.basis_file import BASIS
+from plica.runs.build import build_simulation
+from plica.runs.reduce import basis_of
 from plica.scene.mesh.build import build_mesh
-from plica.scene.mesh.changed import changed_mesh
-from stored_files import rewrite_row, rewrite_text, set_status
-
-REACH = "10 mm"
+from stored_files import set_status
 
 
 @pytest.fixture
@@ -31,14 +25,9 @@ def full_run(phonating: plica.Scene, tmp_path: Path) -> plica.Run:
     return plica.run(phonating.replace({"output.every": 5e-5}), tmp_path / "full", progress=False)
 
 
-def taken_from(run: plica.Run, components: int) -> plica.Scene:
-    given = {"full_run": str(run.directory), "components": components, "contact_reach": REACH}
-    return run.scene.replace({"reduction": given})
-
-
 def test_all_components_of_a_full_run_give_its_motion_again(full_run: plica.Run) -> None:
     mesh = build_mesh(full_run.scene.mesh)
-    basis = basis_of(taken_from(full_run, 20), mesh)
+    basis = basis_of(full_run.scene, mesh, full_run, components=20)
     frames = np.asarray(full_run.displacement, dtype=float).reshape(len(full_run.displacement), -1).T
     left = frames - basis @ np.linalg.lstsq(basis, frames)[0]
     assert np.linalg.norm(left) < 0.01 * np.linalg.norm(frames)
@@ -46,7 +35,8 @@ def test_all_components_of_a_full_run_give_its_motion_again(full_run: plica.Run)
     assert full_run["contact_rows"].max() > 0
     errors = []
     for components in (3, 35):
-        waves = build_simulation(taken_from(full_run, components), mesh).advance(40)
+        basis = basis_of(full_run.scene, mesh, full_run, components=components)
+        waves = build_simulation(full_run.scene, mesh, basis=basis).advance(40)
         errors.append(np.abs(waves["minimum_area"] - full).max() / full.max())
         assert np.abs(waves["energy_balance_error"]).max() < 1e-10 * waves["elastic_energy"].max()
     assert errors[1] < min(0.005, 0.2 * errors[0])
@@ -55,7 +45,7 @@ def test_all_components_of_a_full_run_give_its_motion_again(full_run: plica.Run)
 def test_components_are_those_that_hold_most_elastic_energy(full_run: plica.Run) -> None:
     """Of all frames as much as the largest eigenvalues of F' K F."""
     mesh = build_mesh(full_run.scene.mesh)
-    taken = basis_of(taken_from(full_run, 7), mesh)[:, :7]
+    taken = basis_of(full_run.scene, mesh, full_run, components=7)[:, :7]
     K = csr_array(build_simulation(full_run.scene, mesh).stiffness, shape=2 * (len(taken),))
     frames = np.asarray(full_run.displacement, dtype=float).reshape(len(full_run.displacement), -1).T
     shared = taken.T @ (K @ frames)
@@ -64,131 +54,61 @@ def test_components_are_those_that_hold_most_elastic_energy(full_run: plica.Run)
 
 
 def test_components_come_without_modes_and_contact_vectors_unless_asked_for(full_run: plica.Run) -> None:
-    mesh = build_mesh(full_run.scene.mesh)
-    scene = taken_from(full_run, 7)
-    assert basis_of(scene, mesh).shape[1] == 7 + PRESSURE_VECTORS
-    more = scene.replace({"reduction.modes": 3, "reduction.contact_vectors": 5})
-    assert basis_of(more, mesh).shape[1] == 7 + 3 + PRESSURE_VECTORS + 5
+    mesh, scene = build_mesh(full_run.scene.mesh), full_run.scene
+    assert basis_of(scene, mesh, full_run, components=7).shape[1] == 7 + PRESSURE_VECTORS
+    more = basis_of(scene, mesh, full_run, components=7, modes=3, contact_vectors=5, contact_reach=10e-3)
+    assert more.shape[1] == 7 + 3 + PRESSURE_VECTORS + 5
 
 
 def test_components_left_out_are_as_many_as_a_short_run_has_frames(full_run: plica.Run) -> None:
-    mesh = build_mesh(full_run.scene.mesh)
+    mesh, scene = build_mesh(full_run.scene.mesh), full_run.scene
     frames = len(full_run.displacement)
     assert frames < 60
-    scene = taken_from(full_run, 1)
-    left_out = basis_of(scene.replace({"reduction.components": None}), mesh)
+    left_out = basis_of(scene, mesh, full_run)
     assert left_out.shape[1] == frames + PRESSURE_VECTORS
-    np.testing.assert_array_equal(left_out, basis_of(taken_from(full_run, frames), mesh))
+    np.testing.assert_array_equal(left_out, basis_of(scene, mesh, full_run, components=frames))
 
 
-def test_the_digest_of_a_motion_is_of_every_frame_and_of_the_scene(full_run: plica.Run) -> None:
-    digest = motion_digest(full_run.directory)
-    assert len(digest) == 64
-    kept = full_run.displacement[20]
-    assert np.abs(kept).max() > 0
-    rewrite_row(full_run.path, "fields/displacement", 20, 1.001 * kept)
-    assert motion_digest(full_run.directory) != digest
-    rewrite_row(full_run.path, "fields/displacement", 20, kept)
-    assert motion_digest(full_run.directory) == digest
-    softer = full_run.scene.replace({"airflow.subglottal_pressure": "0.7 kPa"})
-    rewrite_text(full_run.path, "scene", softer.text())
-    assert motion_digest(full_run.directory) != digest
-    assert motion_digest(full_run.directory.parent / "nowhere") == ""
-
-
-def test_a_basis_is_recomputed_where_its_full_run_has_changed(full_run: plica.Run, tmp_path: Path) -> None:
-    scene = taken_from(full_run, 10)
-    mesh = build_mesh(scene.mesh)
-    kept = kept_basis(tmp_path, scene, mesh)
-    assert np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
-    longer = full_run.scene.replace({"time.duration": "2.5 ms"})
-    plica.run(longer, full_run.directory, resume=True, progress=False)
-    assert np.array_equal(kept_basis(tmp_path, scene, mesh, resumed=True), kept)
-    assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
-
-
-def test_the_basis_of_one_voice_is_read_for_another_of_the_same_tissue(
-    full_run: plica.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_one_file_serves_voices_of_other_pressure_step_and_tissue(
+    full_run: plica.Run, tmp_path: Path
 ) -> None:
-    scene = taken_from(full_run, 10)
-    mesh = build_mesh(scene.mesh)
-    for name in ("first", "second", "third"):
-        (tmp_path / name).mkdir()
-    kept = kept_basis(tmp_path / "first", scene, mesh)
-    monkeypatch.setattr("plica.runs.basis_file.basis_of", lambda *_: pytest.fail("computed"))
-    louder = scene.replace({"airflow.subglottal_pressure": "0.9 kPa", "time.step": "25 us", "initial": None})
-    assert np.array_equal(kept_basis(tmp_path / "second", louder, mesh), kept)
-    assert np.array_equal(kept_basis(tmp_path / "second", louder, mesh, resumed=True), kept)
-    for changes in ({"tissue.cover.E": 500.0}, {"reduction.components": 9}):
-        with pytest.raises(pytest.fail.Exception, match="computed"):
-            kept_basis(tmp_path / "third", scene.replace(changes), mesh)
-
-
-def test_voices_that_begin_at_once_share_a_basis(full_run: plica.Run, tmp_path: Path) -> None:
-    scene = taken_from(full_run, 10)
-    mesh = build_mesh(scene.mesh)
-    expected = basis_of(scene, mesh)
-
-    def kept(name: str) -> NDArray[np.float64]:
-        (tmp_path / name).mkdir()
-        (full_run.directory / BASIS).unlink(missing_ok=True)  # as if no other had begun yet
-        return kept_basis(tmp_path / name, scene, mesh)
-
-    with ThreadPoolExecutor(8) as pool:
-        for found in pool.map(kept, map(str, range(24))):
-            assert np.array_equal(found, expected)
-    assert [path.name for path in full_run.directory.glob("*basis*")] == [BASIS]
-    assert not list(full_run.directory.glob("tmp*"))
-
-
-def test_a_basis_of_other_names_or_another_version_is_not_taken(
-    full_run: plica.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = taken_from(full_run, 10)
-    mesh = build_mesh(scene.mesh)
-    kept_basis(tmp_path, scene, mesh)
-    monkeypatch.setattr("plica.runs.basis_file.basis_of", lambda *_: pytest.fail("computed"))
-    kept_basis(tmp_path, scene, mesh)
-    names = list(mesh.layer_names)
-    other = changed_mesh(mesh, layer_names=[names[1], names[0], *names[2:]])
-    with pytest.raises(pytest.fail.Exception, match="computed"):
-        kept_basis(tmp_path, scene, other)
-    monkeypatch.setattr("plica.runs.basis_file._version", lambda: "0.0.1")
-    kept_basis(tmp_path, scene, mesh, resumed=True)  # of the run itself, whatever wrote it
-    with pytest.raises(pytest.fail.Exception, match="computed"):
-        kept_basis(tmp_path, scene, mesh)
-
-
-def test_another_full_run_of_the_same_times_is_another_motion(full_run: plica.Run, tmp_path: Path) -> None:
-    scene = taken_from(full_run, 10)
-    mesh = build_mesh(scene.mesh)
-    kept = kept_basis(tmp_path, scene, mesh)
-    before = np.array(full_run.fields["time"])
-    shutil.rmtree(full_run.directory)
-    softer = full_run.scene.replace({"tissue.cover.E": 500.0})
-    other = plica.run(softer, full_run.directory, progress=False)
-    assert np.array_equal(other.fields["time"], before)
-    assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
+    file = tmp_path / "basis.h5"
+    assert plica.reduce(full_run.directory, file, components=10) == 10 + PRESSURE_VECTORS
+    voice = full_run.scene.replace({"reduction": {"basis": str(file)}, "time.duration": "0.5 ms"})
+    kept = []
+    for name, changes in (
+        ("same", {}),
+        ("louder", {"airflow.subglottal_pressure": "0.9 kPa", "time.step": "25 us", "initial": None}),
+        ("stiffer", {"tissue.cover.E": 1.1 * full_run.scene.tissue["cover"].E}),
+    ):
+        run = plica.run(voice.replace(changes), tmp_path / name, progress=False)
+        assert np.abs(run.displacement[-1]).max() > 0
+        with h5py.File(run.directory / BASIS, "r") as stored:
+            kept.append(stored["basis"][()])
+    assert np.array_equal(kept[0], kept[1])
+    assert np.array_equal(kept[0], kept[2])
+    file.unlink()
+    again = plica.run(
+        voice.replace({"time.duration": "1 ms"}), tmp_path / "same", resume=True, progress=False
+    )
+    assert again.steps == 20
 
 
 @pytest.mark.parametrize(
-    ("changes", "text"),
+    ("changes", "asked", "text"),
     [
-        ({"reduction.full_run": None}, r"components = 10; must be left out without full_run"),
-        ({"reduction.components": 500}, r"components = 500; must be in \[1, "),
-        ({"mesh.options.around": 12}, "full_run = .* is on another mesh"),
-        (
-            {"supports.components": {"wall": "xy"}, "supports.fixed": []},
-            "full_run = .* has other fixed nodes",
-        ),
-        ({"reduction.full_run": "nowhere"}, "reduction.full_run: .*nowhere: there is no such directory"),
+        ({}, {"components": 500}, r"components = 500; must be in \[1, "),
+        ({"mesh.options.around": 12}, {}, "full is on another mesh"),
+        ({"supports.components": {"wall": "xy"}, "supports.fixed": []}, {}, "full has other fixed nodes"),
     ],
 )
 def test_a_full_run_that_does_not_fit_is_refused(
-    full_run: plica.Run, changes: dict[str, object], text: str
+    full_run: plica.Run, tmp_path: Path, changes: dict[str, object], asked: dict[str, int], text: str
 ) -> None:
     with pytest.raises(plica.InvalidInput, match=text):
-        build_simulation(taken_from(full_run, 10).replace(changes))
+        plica.reduce(full_run, tmp_path / "basis.h5", scene=full_run.scene.replace(changes), **asked)
+    with pytest.raises(plica.InvalidInput, match="nowhere: there is no such directory"):
+        plica.reduce(tmp_path / "nowhere", tmp_path / "basis.h5")
 
 
 def test_vectors_are_not_taken_from_a_reduced_run_or_one_without_fields(
@@ -196,16 +116,14 @@ def test_vectors_are_not_taken_from_a_reduced_run_or_one_without_fields(
 ) -> None:
     short = phonating.replace({"time.duration": "0.2 ms"})
     bare = plica.run(short.replace({"output.every": None}), tmp_path / "bare", progress=False)
-    with pytest.raises(SceneError, match="has no stored displacements"):
-        build_simulation(taken_from(bare, 2))
+    with pytest.raises(plica.InvalidInput, match="has no stored displacements"):
+        plica.reduce(bare, tmp_path / "basis.h5")
     stopped = plica.run(short, tmp_path / "stopped", progress=False)
     set_status(stopped.path, store.INTERRUPTED)
-    with pytest.raises(SceneError, match="is interrupted after 4 of 4 steps; must be finished"):
-        build_simulation(taken_from(plica.Run.load(stopped.directory), 2))
-    other = plica.run(
-        short.replace({"reduction": {"modes": 10, "contact_vectors": 5, "contact_reach": REACH}}),
-        tmp_path / "reduced",
-        progress=False,
-    )
-    with pytest.raises(SceneError, match="is itself reduced"):
-        build_simulation(taken_from(other, 2))
+    with pytest.raises(plica.InvalidInput, match="is interrupted after 4 of 4 steps; must be finished"):
+        plica.reduce(stopped.directory, tmp_path / "basis.h5")
+    plica.reduce(short, tmp_path / "basis.h5", modes=10, contact_vectors=5, contact_reach="10 mm")
+    scene = short.replace({"reduction": {"basis": str(tmp_path / "basis.h5")}})
+    other = plica.run(scene, tmp_path / "reduced", progress=False)
+    with pytest.raises(plica.InvalidInput, match="is itself reduced"):
+        plica.reduce(other, tmp_path / "other.h5")

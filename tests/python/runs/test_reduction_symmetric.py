@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 import plica
 from plica import _engine
 from plica.errors import SceneError
-from plica.runs.build import basis_of, build_simulation
+from plica.runs.build import build_simulation, fixed_components
+from plica.runs.reduce import basis_of
 from plica.scene.mesh.build import build_mesh
-
-REACH = "10 mm"
+from plica.scene.symmetry import mirrored_mean
 
 
 @pytest.fixture
@@ -30,19 +31,23 @@ def full_run(voice: plica.Scene, tmp_path: Path) -> plica.Run:
     return plica.run(voice, tmp_path / "full", progress=False)
 
 
-def reduced(run: plica.Run, symmetry: str | None, components: int = 20) -> plica.Scene:
-    given = {"full_run": str(run.directory), "components": components, "contact_reach": REACH}
-    return run.scene.replace({"symmetry": symmetry, "reduction": given, "contact.tolerance": 1e-9})
+def of(run: plica.Run, symmetry: str | None) -> plica.Scene:
+    return run.scene.replace({"symmetry": symmetry, "contact.tolerance": 1e-9})
+
+
+def vectors(run: plica.Run, symmetry: str | None, components: int = 20) -> np.ndarray:
+    scene = of(run, symmetry)
+    return basis_of(scene, build_mesh(scene.mesh), run, components=components)
 
 
 @pytest.mark.parametrize("symmetry", ["half", "quarter"])
 def test_a_symmetric_voice_is_that_of_the_whole_in_the_same_basis(full_run: plica.Run, symmetry: str) -> None:
     """What contact of two surfaces finds pass by pass, and contact with the plane at once."""
     mesh = build_mesh(full_run.scene.mesh)
-    scene = reduced(full_run, symmetry)
-    basis = basis_of(scene, mesh)
+    scene = of(full_run, symmetry)
+    basis = vectors(full_run, symmetry)
     part = build_simulation(scene, mesh, basis=basis)
-    whole = build_simulation(reduced(full_run, None), mesh, basis=basis)
+    whole = build_simulation(of(full_run, None), mesh, basis=basis)
     found, expected = part.advance(40), whole.advance(40)
     assert (expected["contact_rows"] > 0).sum() > 3
     np.testing.assert_array_equal(found["contact_rows"] > 0, expected["contact_rows"] > 0)
@@ -77,8 +82,8 @@ def test_a_gap_that_contact_with_the_plane_leaves_open_is_reported(
 ) -> None:
     """What keeps equal rows solvable, 1e-9 of the compliance, leaves more than a tolerance of 1e-16."""
     mesh = build_mesh(full_run.scene.mesh)
-    scene = reduced(full_run, symmetry)
-    basis = basis_of(scene, mesh)
+    scene = of(full_run, symmetry)
+    basis = vectors(full_run, symmetry)
     settled = build_simulation(scene, mesh, basis=basis).advance(40)
     left = build_simulation(scene.replace({"contact.tolerance": 1e-16}), mesh, basis=basis).advance(40)
     assert settled["contact_converged"].all()
@@ -91,10 +96,10 @@ def test_a_gap_that_contact_with_the_plane_leaves_open_is_reported(
 def test_vectors_are_the_symmetric_part_of_what_a_full_run_shows(full_run: plica.Run) -> None:
     mesh = build_mesh(full_run.scene.mesh)
     points = np.asarray(mesh.points)
-    basis = basis_of(reduced(full_run, "half", 10), mesh).T.reshape(-1, *points.shape)
+    basis = vectors(full_run, "half", 10).T.reshape(-1, *points.shape)
     image = np.array([np.argmin(((points - p) ** 2).sum(axis=1)) for p in points * (-1, 1, 1)])
     np.testing.assert_array_equal(basis[:, image] * (-1, 1, 1), basis)
-    whole = basis_of(reduced(full_run, None, 10), mesh)
+    whole = vectors(full_run, None, 10)
     left = (
         whole - basis.reshape(len(basis), -1).T @ np.linalg.lstsq(basis.reshape(len(basis), -1).T, whole)[0]
     )
@@ -106,21 +111,20 @@ def test_a_symmetric_full_run_serves_a_scene_of_its_symmetry_alone(
 ) -> None:
     symmetric = voice.replace({"symmetry": "quarter"})
     run = plica.run(symmetric, tmp_path / "full", progress=False)
-    scene = reduced(run, "quarter")
-    waves = build_simulation(scene).advance(40)
+    waves = build_simulation(of(run, "quarter"), basis=vectors(run, "quarter")).advance(40)
     full = run["minimum_area"]
     assert np.abs(waves["minimum_area"] - full).max() < 0.01 * full.max()
-    with pytest.raises(SceneError, match=r'full_run = .* has symmetry = "quarter"; must have none, like the'):
-        build_simulation(reduced(run, None))
-    with pytest.raises(SceneError, match=r'has symmetry = "quarter"; must have none or "half"'):
-        build_simulation(reduced(run, "half"))
+    with pytest.raises(plica.InvalidInput, match=r'has symmetry = "quarter"; must have none, like the'):
+        vectors(run, None)
+    with pytest.raises(plica.InvalidInput, match=r'has symmetry = "quarter"; must have none or "half"'):
+        vectors(run, "half")
 
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_it_continues_bit_for_bit_with_any_number_of_threads(full_run: plica.Run, threads: int) -> None:
-    scene = reduced(full_run, "quarter")
+    scene = of(full_run, "quarter")
     mesh = build_mesh(scene.mesh)
-    basis = basis_of(scene, mesh)
+    basis = vectors(full_run, "quarter")
     waves = build_simulation(scene, mesh, basis=basis).advance(40)
     before = _engine.threads()
     _engine.set_threads(threads)
@@ -137,7 +141,9 @@ def test_it_continues_bit_for_bit_with_any_number_of_threads(full_run: plica.Run
 
 
 def test_a_run_stores_all_nodes_and_continues(full_run: plica.Run, tmp_path: Path) -> None:
-    scene = reduced(full_run, "quarter")
+    scene = of(full_run, "quarter")
+    plica.reduce(full_run, tmp_path / "basis.h5", scene=scene, components=20)
+    scene = scene.replace({"reduction": {"basis": str(tmp_path / "basis.h5")}})
     plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "two", progress=False)
     two = plica.run(scene, tmp_path / "two", resume=True, progress=False)
     one = plica.run(scene, tmp_path / "one", progress=False)
@@ -146,15 +152,40 @@ def test_a_run_stores_all_nodes_and_continues(full_run: plica.Run, tmp_path: Pat
     np.testing.assert_array_equal(two["flow"], one["flow"])
 
 
+@pytest.mark.parametrize("symmetry", ["half", "quarter"])
+def test_symmetric_modes_and_contact_vectors_are_those_of_the_part(voice: plica.Scene, symmetry: str) -> None:
+    """All symmetric modes of a dense eigenproblem, and a basis of all that is symmetric gives its motion."""
+    from scipy.linalg import eigh
+
+    scene = voice.replace({"symmetry": symmetry})
+    mesh = build_mesh(scene.mesh)
+    part = build_simulation(scene, mesh)
+    free = ~fixed_components(scene, mesh).ravel()
+    K, M = (
+        csr_array(values, shape=2 * (free.size,))[free][:, free].toarray()
+        for values in (part.stiffness, part.mass)
+    )
+    squares, shapes = eigh(K, M)
+    points = np.asarray(mesh.points)
+    fields = np.zeros((len(squares), free.size))
+    fields[:, free] = shapes.T
+    own = mirrored_mean(fields.reshape(-1, *points.shape), points, {"half": 1, "quarter": 2}[symmetry])
+    share = np.linalg.norm(own.reshape(len(own), -1), axis=1) / np.linalg.norm(fields, axis=1)
+    found = basis_of(scene.replace({"airflow": None}), mesh, modes=6, contact_vectors=0)[free]
+    of_found = np.einsum("ij,ij->j", found, K @ found) / np.einsum("ij,ij->j", found, M @ found)
+    np.testing.assert_allclose(of_found, squares[share > 0.99][:6], rtol=1e-6)
+    full = build_simulation(scene, mesh).advance(40)["minimum_area"]
+    errors = []
+    for modes, contact in ((20, 10), (120, 60)):
+        basis = basis_of(scene, mesh, modes=modes, contact_vectors=contact, contact_reach=10e-3)
+        waves = build_simulation(scene, mesh, basis=basis).advance(40)
+        errors.append(np.abs(waves["minimum_area"] - full).max() / full.max())
+    assert errors[1] < min(0.06, 0.5 * errors[0])
+
+
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        (
-            {"reduction.full_run": None, "reduction.components": None},
-            r"reduction.full_run: must be given with symmetry",
-        ),
-        ({"reduction.modes": 5}, r"reduction.modes = 5; must be left out with symmetry"),
-        ({"reduction.contact_vectors": 5}, r"reduction.contact_vectors = 5; must be left out with symmetry"),
         ({"contact": {"penalty": {}}}, r"with symmetry contact must be by multipliers"),
         ({"contact.friction": 0.3}, r"contact.friction must be left out"),
         (
@@ -167,4 +198,4 @@ def test_what_a_symmetric_reduction_cannot_have_is_refused(
     full_run: plica.Run, changes: dict[str, Any], text: str
 ) -> None:
     with pytest.raises(SceneError, match=text):
-        build_simulation(reduced(full_run, "quarter").replace(changes))
+        build_simulation(of(full_run, "quarter").replace(changes), basis=vectors(full_run, "quarter"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,48 +11,25 @@ import pytest
 
 import plica
 from plica.commands.main import main
-from plica.runs.build import basis_of
 
 
 @pytest.fixture
 def reduced(bar: plica.Scene, tmp_path: Path) -> Path:
     """Of a bar's run in five modes."""
-    scene = bar.replace({"reduction": {"modes": 5}})
+    plica.reduce(bar, tmp_path / "basis.h5", modes=5)
+    scene = bar.replace({"reduction": {"basis": str(tmp_path / "basis.h5")}})
     return plica.run(scene, tmp_path / "reduced", progress=False).directory
 
 
-def test_levels_by_step_move_in_the_basis_of_the_run_and_each_mesh_has_one(
-    reduced: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made: list[int] = []
-    for name in ("plica.uncertainty.cost", "plica.runs.basis_file", "plica.runs.build"):
-
-        def counted(scene: plica.Scene, mesh: Any) -> Any:
-            made.append(len(mesh.points))
-            return basis_of(scene, mesh)
-
-        monkeypatch.setattr(f"{name}.basis_of", counted)
+def test_levels_of_a_reduced_run_are_by_step_in_its_own_basis(reduced: Path) -> None:
+    (reduced.parent / "basis.h5").unlink()
     found = plica.estimate_uncertainty(reduced, progress=False)
-    levels = [level["name"] for level in found.levels]
-    assert levels == ["step-2", "mesh-2", "step-4"]
-    assert len(made) == sum(name.startswith("mesh") for name in levels)
+    assert [level["name"] for level in found.levels] == ["step-2", "step-4"]
     own = _stored_basis(reduced)
     assert own.shape[1] == 5
     for name in ("step-2", "step-4"):
         np.testing.assert_array_equal(_stored_basis(reduced / "uncertainty" / name), own)
-
-
-def test_a_run_whose_full_run_is_gone_has_levels_by_step(bar: plica.Scene, tmp_path: Path) -> None:
-    full = plica.run(bar, tmp_path / "full", progress=False)
-    scene = bar.replace({"reduction": {"full_run": str(full.directory), "components": 4}})
-    run = plica.run(scene, tmp_path / "run", progress=False)
-    shutil.rmtree(full.directory)
-    found = plica.estimate_uncertainty(run.directory, progress=False)
-    assert [level["name"] for level in found.levels] == ["step-2", "step-4"]
-    assert any(
-        "cannot be computed" in remark and "full: there is no such directory" in remark
-        for remark in found.remarks
-    )
+    assert any("a basis is of one mesh" in remark for remark in found.remarks)
 
 
 def test_a_reduced_run_without_its_basis_is_refused_before_anything_is_computed(reduced: Path) -> None:
@@ -75,9 +51,9 @@ def test_that_the_error_of_a_basis_is_not_seen_is_reported(
     plica.run(bar, tmp_path / "full", progress=False)
     full = plica.estimate_uncertainty(tmp_path / "full", mesh="none", progress=False)
     assert not any(message in remark for remark in full.remarks)
-    plica.run(
-        bar.replace({"reduction": {"modes": 10, "contact_vectors": 0}}), tmp_path / "run", progress=False
-    )
+    plica.reduce(bar, tmp_path / "basis.h5", modes=10)
+    scene = bar.replace({"reduction": {"basis": str(tmp_path / "basis.h5")}})
+    plica.run(scene, tmp_path / "run", progress=False)
     assert main(["uncertainty", str(tmp_path / "run"), "--mesh", "none"]) == 0
     assert message in capsys.readouterr().out
     assert message in (tmp_path / "run" / "uncertainty.json").read_text()

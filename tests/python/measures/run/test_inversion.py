@@ -135,10 +135,8 @@ def test_the_engine_counts_the_inverted_cells_of_each_layer() -> None:
 
 
 def test_a_reduced_motion_keeps_the_counts_of_its_last_look_when_it_is_resumed() -> None:
-    changes = "reduction = { modes = 20, contact_vectors = 0, watch_every = 4 }"
-    scene = Given(
-        LARYNX, f"without airflow\nwithout contact\ninitial.opening_velocity = -8\n{changes}"
-    ).build()
+    changes = "without airflow\nwithout contact\ninitial.opening_velocity = -8"
+    scene = Given(LARYNX, changes, reduced=(20, 0)).build()
     whole, resumed = plica.build_simulation(scene), plica.build_simulation(scene)
     for _ in range(20):
         if whole.advance(4)["inverted_by_layer"][-1].any():
