@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 from functools import partial
+from math import inf
 from typing import Literal
 
 from plica.errors import UnknownName
@@ -70,6 +71,10 @@ class Quantity:
         Of what adds to the differences of cycles, by squares: a mean difference, or a ratio to them in dB.
     angle : bool
         Whether it is known up to 2 pi.
+    of_ends : bool
+        Whether the first and the last cycle tell it, so that errors fall with the number of cycles.
+    bounds : (float, float)
+        Between which its definition leaves it.
     """
 
     name: str
@@ -89,6 +94,8 @@ class Quantity:
     extreme: bool = False
     perturbation: Literal["", "amplitude", "decibels"] = ""
     angle: bool = False
+    of_ends: bool = False
+    bounds: tuple[float, float] = (-inf, inf)
 
     @property
     def described(self) -> str:
@@ -112,6 +119,7 @@ _SIDE = (
     "as an edge has been seen), in a recording the mean of the visible edge over the middle tenth of the "
     "midline"
 )
+_SHARE = (0.0, 1.0)
 _FOLDS: tuple[Side, Side] = ("left", "right")
 _WITHOUT = "or, if there are no cycles, in the whole run (in its last third where pulses are no periods)"
 _COLLISION = "over the collisions of the steady cycles or, if there are none, of the whole run"
@@ -141,6 +149,7 @@ _QUANTITIES = (
         "autocorrelation finds another frequency, or where a run's vibration decays",
         symbol="f0",
         recorded_from="marks",
+        of_ends=True,
     ),
     _vibration(
         "fundamental_frequency_autocorrelation",
@@ -149,7 +158,7 @@ _QUANTITIES = (
         "first high peak of the autocorrelation",
         recorded_from="area",
     ),
-    _vibration("period", "Period", "s", symbol="T", recorded_from="marks"),
+    _vibration("period", "Period", "s", symbol="T", recorded_from="marks", of_ends=True),
     _vibration(
         "amplitude_growth",
         "Growth per cycle",
@@ -158,6 +167,7 @@ _QUANTITIES = (
         "steady voice at most 1 %, and 5 % over all. Of a run that is changing, by the line through the "
         "logarithms of the last half of all its cycles",
         recorded_from="area",
+        of_ends=True,
     ),
     _run_vibration(
         "damping_ratio",
@@ -179,6 +189,7 @@ _QUANTITIES = (
         _OPEN.format(100 * closed_share),
         symbol="OQ",
         recorded_from="area",
+        bounds=_SHARE,
     ),
     _run_vibration(
         "open_quotient_1_percent",
@@ -195,6 +206,7 @@ _QUANTITIES = (
         f"closure above {100 * leak_level:g} % of the way from the least to the largest area",
         symbol="SQ",
         recorded_from="area",
+        bounds=(0.0, inf),
     ),
     _vibration(
         "closing_quotient",
@@ -203,6 +215,7 @@ _QUANTITIES = (
         "closing time over period, as in the speed quotient",
         symbol="ClQ",
         recorded_from="area",
+        bounds=_SHARE,
     ),
     _video_vibration(
         "cycles_found",
@@ -227,6 +240,7 @@ _QUANTITIES = (
             f"share of the cycle with the glottal area above {100 * level:g} % of the way from the cycle's "
             "least to its largest",
             recorded_from="area",
+            bounds=_SHARE,
         )
         for level in open_levels
     ),
@@ -237,6 +251,7 @@ _QUANTITIES = (
         "one less the open quotient of the cycle",
         symbol="CQ",
         recorded_from="area",
+        bounds=_SHARE,
     ),
     _video_vibration(
         "speed_index",
@@ -246,6 +261,7 @@ _QUANTITIES = (
         "Examination of Voice, 1981)",
         symbol="SI",
         recorded_from="area",
+        bounds=(-1.0, 1.0),
     ),
     _video_vibration(
         "rate_quotient",
@@ -255,6 +271,7 @@ _QUANTITIES = (
         "Folia Phoniatr. 34, 1982)",
         symbol="RQ",
         recorded_from="area",
+        bounds=(0.0, inf),
     ),
     _perturbation(
         "jitter",
@@ -264,6 +281,7 @@ _QUANTITIES = (
         "where the area rises through 20 to 40 % of its pulse's height",
         recorded_from="marks",
         perturbation="amplitude",
+        bounds=(0.0, inf),
     ),
     _perturbation(
         "period_perturbation_quotient",
@@ -273,6 +291,7 @@ _QUANTITIES = (
         symbol="PPQ",
         recorded_from="marks",
         perturbation="amplitude",
+        bounds=(0.0, inf),
     ),
     _perturbation(
         "shimmer",
@@ -282,6 +301,7 @@ _QUANTITIES = (
         "largest less its least area",
         recorded_from="area",
         perturbation="amplitude",
+        bounds=(0.0, inf),
     ),
     _perturbation(
         "amplitude_perturbation_quotient",
@@ -291,6 +311,7 @@ _QUANTITIES = (
         symbol="APQ",
         recorded_from="area",
         perturbation="amplitude",
+        bounds=(0.0, inf),
     ),
     _perturbation(
         "harmonics_to_noise",
@@ -320,6 +341,7 @@ _QUANTITIES = (
         recorded_from="edges",
         side="left",
         extreme=True,
+        bounds=(0.0, inf),
     ),
     _vibration(
         "amplitude_right",
@@ -329,6 +351,7 @@ _QUANTITIES = (
         recorded_from="edges",
         side="right",
         extreme=True,
+        bounds=(0.0, inf),
     ),
     _vibration(
         "amplitude_ratio",
@@ -337,6 +360,7 @@ _QUANTITIES = (
         "of the folds' displacements, right over left",
         recorded_from="edges",
         side="ratio",
+        bounds=(0.0, inf),
     ),
     _vibration(
         "amplitude_asymmetry",
@@ -345,6 +369,7 @@ _QUANTITIES = (
         f"of the folds' displacements, {_ASYMMETRY}",
         recorded_from="edges",
         side="difference",
+        bounds=(-1.0, 1.0),
     ),
     _video_vibration(
         "area_asymmetry",
@@ -353,6 +378,7 @@ _QUANTITIES = (
         f"of the ranges of the glottal areas on either side of the midline, {_ASYMMETRY}",
         recorded_from="area",
         side="difference",
+        bounds=(-1.0, 1.0),
     ),
     _vibration(
         "left_right_phase",
@@ -431,6 +457,7 @@ _QUANTITIES = (
         "in each cycle or, if there are none, in a recording or the last third of a run",
         recorded_from="area",
         extreme=True,
+        bounds=(0.0, inf),
     ),
     _glottis(
         "glottal_area_mean",
@@ -438,6 +465,7 @@ _QUANTITIES = (
         "m^2",
         "of each cycle or, if there are none, of a recording or the last third of a run",
         recorded_from="area",
+        bounds=(0.0, inf),
     ),
     _video_glottis(
         "glottal_gap_index",
@@ -446,6 +474,7 @@ _QUANTITIES = (
         "least over largest area of each cycle (Kunduk, J. Voice 24, 2010)",
         symbol="GGI",
         recorded_from="area",
+        bounds=_SHARE,
     ),
     _video_glottis(
         "glottal_gap_relative",
@@ -453,6 +482,7 @@ _QUANTITIES = (
         "1",
         "least area of each cycle over the square of the glottal length (Omori, J. Voice 10, 1996)",
         recorded_from="area",
+        bounds=(0.0, inf),
     ),
     _video_glottis("glottal_length", "Glottal length", "m", "of the midline", recorded_from="midline"),
     _video_glottis(
@@ -461,6 +491,7 @@ _QUANTITIES = (
         "1",
         recorded_from="area",
         extreme=True,
+        bounds=(0.0, inf),
     ),
     _video_glottis(
         "amplitude_left_relative",
@@ -469,6 +500,7 @@ _QUANTITIES = (
         recorded_from="edges",
         side="left",
         extreme=True,
+        bounds=(0.0, inf),
     ),
     _video_glottis(
         "amplitude_right_relative",
@@ -477,6 +509,7 @@ _QUANTITIES = (
         recorded_from="edges",
         side="right",
         extreme=True,
+        bounds=(0.0, inf),
     ),
     _airflow("subglottal_pressure", "Subglottal pressure", "Pa", "of the scene"),
     _airflow(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +12,7 @@ from plica.measures.cycles import Cycles, differing, largest_difference, too_few
 from plica.measures.interval import of_slope
 from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, per_period, whole
 from plica.measures.pulses import autocorrelation_frequency
-from plica.measures.quotients import quotients
+from plica.measures.quotients import Quotients, quotients
 from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
 from plica.measures.stationary import fewest
@@ -48,7 +48,7 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scal
         own = [absent(item.name, none) for item in own]
     return [
         *own,
-        _growth(time, signal, cycles, cautions),
+        amplitude_growth(time, signal, cycles, cautions),
         whole("fundamental_frequency_autocorrelation", other, cautions=cautions),
     ]
 
@@ -72,9 +72,17 @@ def area_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
     ]
 
 
-def quotient_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
-    """Open quotient (open time / period), speed quotient (opening / closing time), closing quotient."""
-    found = [quotients(time, area, *ends, closed_share) for ends in pairwise(cycles.starts)]
+def cycle_quotients(time: Floats, area: Floats, cycles: Cycles) -> list[Quotients]:
+    """Those of each cycle."""
+    return [quotients(time, area, *ends, closed_share) for ends in pairwise(cycles.starts)]
+
+
+def quotient_measures(
+    time: Floats, area: Floats, cycles: Cycles, of_cycles: Sequence[Quotients] | None = None
+) -> list[Measure]:
+    """Open quotient (open time / period), speed quotient (opening / closing time), closing quotient; from
+    those of each cycle where they are known."""
+    found = cycle_quotients(time, area, cycles) if of_cycles is None else of_cycles
     cautions = few_samples(time, cycles)
     return [
         per_period("open_quotient", cycles, np.array([one.open for one in found]), cautions=cautions),
@@ -96,7 +104,7 @@ def few_samples(time: Floats, cycles: Cycles) -> list[str]:
     ]
 
 
-def _growth(time: Floats, signal: Floats, cycles: Cycles, cautions: list[str]) -> Measure:
+def amplitude_growth(time: Floats, signal: Floats, cycles: Cycles, cautions: Sequence[str] = ()) -> Measure:
     """Slope of the line through the cycles' peak-to-peak amplitudes, divided by their mean; of a vibration
     that changes, of their logarithm over the last half of all cycles found.
     """

@@ -77,7 +77,7 @@ def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycle
         None,
         cycles.count,
         cautions=tuple(cautions),
-        replicates=of_ratio(top, bottom),
+        replicates=of_ratio(top, bottom) if cycles.recorded else None,
     )
 
 
@@ -96,9 +96,9 @@ def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure
     cautions = (cycles.note,) if cycles.note else ()
     part, step = cycles.extent(time), time_step(time)
     ratio = harmonics_to_noise(signal[part], step)
-    resampled = _noise_replicates(time, signal, cycles)
+    resampled = _noise_replicates(time, signal, cycles) if cycles.recorded else None
     peak = cepstral_peak(signal[part], 1.0 / cycles.frequency / step)
-    limited = _limited_by_sampling(ratio, time[part], cycles.frequency, step)
+    limited = _limited_by_sampling(ratio, time[part], cycles.frequency, step) if cycles.recorded else ()
     return [
         Measure(name, value, None, cycles.count, cautions=(*cautions, *further), replicates=replicates)
         if np.isfinite(value)
@@ -113,13 +113,18 @@ def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure
 def _limited_by_sampling(ratio: float, time: Floats, frequency: float, step: float) -> tuple[str, ...]:
     """A caution if a ratio (dB) is near that of noise-free half-sine pulses with as many samples per
     cycle."""
-    most = harmonics_to_noise(np.maximum(np.sin(2 * np.pi * frequency * (time - time[0])), 0.0), step)
+    most = sampled_harmonics_to_noise(time, frequency, step)
     if not (np.isfinite(most) and ratio > most - _BELOW_SAMPLING):
         return ()
     return (
         f"{1 / frequency / step:.2g} samples per cycle limit the ratio to about {most:.0f} dB even without "
         "noise: compare only recordings of the same frame rate",
     )
+
+
+def sampled_harmonics_to_noise(time: Floats, frequency: float, step: float) -> float:
+    """dB, that frames leave of half-sine pulses without noise."""
+    return harmonics_to_noise(np.maximum(np.sin(2 * np.pi * frequency * (time - time[0])), 0.0), step)
 
 
 def _noise_replicates(time: Floats, signal: Floats, cycles: Cycles) -> Replicates | None:

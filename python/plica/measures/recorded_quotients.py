@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from plica.measures.catalogue import closed_share, open_levels
+from plica.measures.catalogue import open_levels
 from plica.measures.cycles import Cycles
-from plica.measures.glottal import few_samples
+from plica.measures.glottal import cycle_quotients, few_samples
 from plica.measures.measure import Measure, per_cycle, per_period, whole
-from plica.measures.quotients import open_quotient, quotients
+from plica.measures.quotients import Quotients, open_quotient
 from plica.measures.record import Floats
 
 
@@ -22,9 +23,12 @@ def count_measures(cycles: Cycles) -> list[Measure]:
     ]
 
 
-def recorded_quotient_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
-    """Closed and rate quotient, speed index, open quotients at the levels of the catalogue."""
-    found = [quotients(time, area, *ends, closed_share) for ends in pairwise(cycles.starts)]
+def recorded_quotient_measures(
+    time: Floats, area: Floats, cycles: Cycles, of_cycles: Sequence[Quotients] | None = None
+) -> list[Measure]:
+    """Closed and rate quotient, speed index, open quotients at the levels of the catalogue; from the
+    quotients of each cycle where they are known."""
+    found = cycle_quotients(time, area, cycles) if of_cycles is None else of_cycles
     closed = np.array([1.0 - one.open for one in found])
     speed = np.array([one.speed for one in found])
     rate = np.array([1.0 / one.closing - 1.0 if one.closing > 0 else np.nan for one in found])

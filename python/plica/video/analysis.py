@@ -34,7 +34,7 @@ from plica.video.measures.area_cautions import WholeGlottis, doubts
 from plica.video.measures.frame_flags import flags
 from plica.video.measures.wave_cautions import cautioned, unknown_waves
 from plica.video.measures.wave_measures import wave_measures
-from plica.video.measures.waveforms import measures, phases, scale_of
+from plica.video.measures.waveforms import area_cycles, measures, phases, scale_of
 from plica.video.motion.drift import Drift, Steadied
 from plica.video.motion.edge_agreement import EdgeAgreement
 from plica.video.motion.flow_origin import FlowOrigin
@@ -267,13 +267,13 @@ class Analysis:
         period, rate = float(np.median(cycles.periods)), self.settings.fps or 1.0
         seen = self.fundamental, self.midline, self["sides/folds"] > 0
         found = wave_measures(*seen, period, self.pixel, rate, mirrored=mirrored)
-        told = measures(self.area.mirrored, self.settings.fps)[1] if mirrored else self.cycles
+        told = area_cycles(self.area.mirrored, self.settings.fps) if mirrored else self.cycles
         return cautioned(found, (told.note, *self.doubts))
 
     @cached_property
     def cycles_in_frames(self) -> Cycles:
         """Of the glottal area, in frames."""
-        return measures(self.area)[1]
+        return area_cycles(self.area)
 
     @cached_property
     def doubts(self) -> list[str]:

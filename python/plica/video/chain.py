@@ -33,7 +33,7 @@ from plica.video.glottis.midline import Midline, find_midline, pixels
 from plica.video.glottis.midline_profiles import MidlineGrey
 from plica.video.glottis.network import Network
 from plica.video.glottis.segmenter import learn
-from plica.video.measures.waveforms import measures
+from plica.video.measures.waveforms import area_cycles
 from plica.video.motion.drift import Drift, Steadied, drift, still_region, without_drift
 from plica.video.motion.edge_agreement import edge_agreement
 from plica.video.motion.flow import flow, warp_error
@@ -388,7 +388,7 @@ class Chain:
         points = points[~next(self._results.masks())[points[:, 1], points[:, 0]]]
         with Stored(self._flows, hint=HINT) as file:
             paths = follow(iter(file.rows("uv")), points.astype(float))
-        _, cycles = measures(self._area())
+        cycles = area_cycles(self._area())
         closing = paths.closing_error(cycles, np.arange(float(self._count)))
         self._results.store("paths", places=paths.places, closing=closing)
 
@@ -420,7 +420,7 @@ class Chain:
         )
 
     def _waves(self) -> None:
-        _, cycles = measures(self._area())
+        cycles = area_cycles(self._area())
         (used,), midline = self._results.read("modes/used"), self._midline()
         half = (self._results.shape("sides/kymogram")[2] - 1) // 2
         with Stored(self._flows, hint=HINT) as file:

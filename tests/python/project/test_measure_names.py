@@ -23,7 +23,6 @@ _ALLOWED = {
     "report/run/comparison.py": "a rise of pressure against both flows",
     "report/wording.py": "the measures of the headline, in its order",
     "uncertainty/sample.py": "energies as waveforms; an input, and what is zero in the limit",
-    "video/measures/sampling_error.py": "grains of measures",
     "video/measures/waveforms.py": "measures them",
 }
 

@@ -83,6 +83,10 @@ class GlottalArea:
         ]
         return GlottalArea(*found, inner=GlottalArea(*inner))
 
+    def less(self, other: GlottalArea) -> GlottalArea:
+        """Its parts less those of the other, without inner ones."""
+        return GlottalArea(*(part - other.parts[name] for name, part in self.parts.items()))
+
     def filled(self) -> GlottalArea:
         """With frames whose area is not known (not a number) between their neighbours."""
         known = np.isfinite(self.total)

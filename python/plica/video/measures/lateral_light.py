@@ -9,52 +9,40 @@ tell cannot be compared, which is said too. The limits were chosen on films of t
 two others (docs/verification/video.md, "One lamp").
 
 A third of the difference may be left in the darkest part, in any phase of the cycle: shade shows where the
-medial surface is seen from above, so mostly as the folds close. With p the fundamental of an edge by the
-darkest part and b that of the difference, the phase of the fold is so off by up to asin(|b| / (3 |p|)), which
-the interval of the left-right phase has of both folds.
+medial surface is seen from above, so mostly as the folds close (:mod:`plica.video.measures.error_model`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from plica.measures.catalogue import names
-from plica.measures.cycles import Cycles
-from plica.measures.interval import Replicates
 from plica.measures.measure import Measure
-from plica.measures.phase import fundamental
 
-__all__ = ["between_outlines", "by_light", "is_shaded", "is_wide", "turn_left"]
+__all__ = ["by_light", "cautioned", "is_shaded", "is_wide"]
 
 Floats = npt.NDArray[np.float64]
 
 _WIDE = 0.5  # of the area: films without shade have a narrower band, with shade a wider one
 _UNEVEN = 0.03  # amplitude asymmetry
 _LATE = 0.045  # rad
-_LEFT = 1 / 3  # of what shade moves the outline halfway by: in the darkest part, at most
-_SEED = 20212
 _SAID = "light from one side"
 _BY_DARKEST = "by the darkest part, as the outline is not sharp"
 _COMPARED = names(side="ratio") | names(side="difference")
 
 
-def by_light(
-    halfway: list[Measure], inner: list[Measure], *, wide: bool, turns: tuple[float, float] = (0.0, 0.0)
-) -> list[Measure]:
-    """Those of the outline halfway, or of the darkest part of the glottis where shade moves the outline.
+def by_light(halfway: list[Measure], inner: list[Measure], *, wide: bool) -> tuple[list[Measure], bool]:
+    """Those of the outline halfway, or of the darkest part of the glottis where shade moves it; and which.
 
     Parameters
     ----------
     halfway, inner : Measures of both sides
     wide : bool
         Whether the area's band tells of shade.
-    turns : (float, float) rad
-        Of :func:`turn_left`, for either fold.
     """
     one, other = ({item.name: item.value for item in items} for items in (inner, halfway))
     uneven = _apart(one["amplitude_asymmetry"], other["amplitude_asymmetry"])
@@ -66,11 +54,12 @@ def by_light(
     if late is not None:
         off.append(f"the phase would be {np.degrees(late):.2g} degrees off")
     moved = (uneven is not None and abs(uneven) > _UNEVEN) or (late is not None and late > _LATE)
-    found = [_turned(item, turns) for item in inner] if wide or moved else halfway
+    darkest = wide or moved
+    found = inner if darkest else halfway
     if wide:
-        found = _cautioned(found, _BY_DARKEST)
+        found = cautioned(found, _BY_DARKEST)
     if moved:
-        found = _cautioned(
+        found = cautioned(
             found,
             f"{_SAID}: with the outline drawn halfway to the tissue {' and '.join(off)}; a third of that may "
             "be left in these (the interval of the phase has it). Take an asymmetry of this size for the "
@@ -79,67 +68,13 @@ def by_light(
         )
     unknown = [name for name, apart in (("amplitude asymmetry", uneven), ("phase", late)) if apart is None]
     if unknown:
-        found = _cautioned(
+        found = cautioned(
             found,
             f"the {' and the '.join(unknown)} by the outline halfway to the tissue cannot be compared with "
             "that by the darkest part, as not both are known: what a lamp to one side makes of it is open",
             _COMPARED,
         )
-    return found
-
-
-def between_outlines(found: list[Measure], others: Sequence[list[Measure]], said: str) -> list[Measure]:
-    """With intervals that have what the area by the other outlines makes of each measure, and a caution.
-
-    Parameters
-    ----------
-    found : Measures by the outline halfway
-    others : of as many Measures each
-        The same by the darkest part of the glottis, and by all that is darker than tissue.
-    said : str
-        The caution.
-    """
-    banded = []
-    for item, *beside in zip(found, *others, strict=True):
-        if item.value is not None and item.replicates is not None:
-            off = [0.0, *(other.value - item.value for other in beside if other.value is not None)]
-            draws = item.replicates.values.size
-            drawn = np.random.default_rng(_SEED).uniform(min(off), max(off), draws)
-            item = replace(
-                item, replicates=Replicates(item.replicates.values + drawn, item.replicates.blocks)
-            )
-        banded.append(item)
-    return _cautioned(banded, said)
-
-
-def turn_left(inner: Floats, halfway: Floats, cycles: Cycles, time: npt.NDArray[np.floating]) -> float:
-    """rad, by which what shade leaves in the darkest part may turn the phase of a fold; 0 without cycles.
-
-    Parameters
-    ----------
-    inner, halfway : (frames)
-        Distance of its edge from the midline by both outlines.
-    cycles : Cycles
-    time : (frames)
-    """
-
-    def size(values: Floats) -> float:
-        found = np.array([abs(fundamental(time, values, *ends)) for ends in pairwise(cycles.starts)])
-        known = found[np.isfinite(found)]
-        return float(known.mean()) if known.size else 0.0
-
-    edge, beside = size(inner), size(halfway - inner)
-    return float(np.arcsin(min(_LEFT * beside / edge, 1.0))) if edge > 0 else 0.0
-
-
-def _turned(item: Measure, turns: tuple[float, float]) -> Measure:
-    """The left-right phase with an interval that has errors of up to these of both folds; others as they
-    are."""
-    if item.name != "left_right_phase" or item.replicates is None:
-        return item
-    even = np.random.default_rng(_SEED).uniform(-1, 1, (2, item.replicates.values.size))
-    values = item.replicates.values + np.array(turns) @ even
-    return replace(item, replicates=Replicates(values, item.replicates.blocks))
+    return found, darkest
 
 
 def is_shaded(measures: Iterable[Measure]) -> bool:
@@ -160,7 +95,7 @@ def _apart(value: float | None, other: float | None) -> float | None:
     return None if value is None or other is None else other - value
 
 
-def _cautioned(found: list[Measure], said: str, of: Collection[str] = ()) -> list[Measure]:
+def cautioned(found: list[Measure], said: str, of: Collection[str] = ()) -> list[Measure]:
     """With this caution on each that has a value, `of` these names or, without any, of all."""
     return [
         replace(item, cautions=(*item.cautions, said))

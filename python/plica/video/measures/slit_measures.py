@@ -1,9 +1,7 @@
-"""Measures with the slits that blur hides from the outline: their values, and what that leaves open.
+"""What is said of measures with the slits that blur hides from the outline.
 
-A measure is that of the outline with what darkness adds to it (:mod:`.hidden_slits`). How dark the line
-is in which the folds meet, and how bright the tissue that has left it, is known to a part of the addition
-only; and a crease between folds that have closed darkens the line as a slit does. So the interval has an
-error drawn evenly from all of what was added down to half of it up.
+A measure is that of the outline with what darkness adds to it (:mod:`.hidden_slits`), which a note tells; how
+well that is known is in its interval (:mod:`.error_model`).
 """
 
 from __future__ import annotations
@@ -15,40 +13,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from plica.measures.circular import principal
 from plica.measures.cycles import Cycles
-from plica.measures.interval import coverage
 from plica.measures.measure import Measure
 from plica.measures.scale import SI, Scale
 from plica.video.glottis.hidden_slits import closure
 
-__all__ = ["open_besides", "with_hidden_slits", "with_open_slits"]
+__all__ = ["differs", "noted", "open_besides"]
 
 Floats = npt.NDArray[np.float64]
 
-_SEED = 20213
-_ADDED = (-1.0, 0.5)  # of what was added, about the measure with it; chosen on films, judged on others
-_NOT_ADDED = (-0.5, 1.5)  # of the same, about the measure by the outline
 _NOTED = 0.01  # of the value: what slits add is in the note
 _UNDER = float(
     np.arccos(1 - 2 * closure) / np.pi
 )  # of a cycle, that a sine is below that share of its height
-
-
-def with_hidden_slits(
-    counted: Sequence[Measure], outlined: Sequence[Measure], *, shaded: bool = False, scale: Scale = SI
-) -> list[Measure]:
-    """The measures with hidden slits counted, each with an interval that has what they add, and a note.
-
-    Where the line between the folds is `shaded`, the measures by the outline, with the same intervals.
-
-    Parameters
-    ----------
-    counted, outlined : as many Measures each
-        With hidden slits, and by the outline alone.
-    scale : Scale
-        The units of their record, for the note.
-    """
-    return [_counted(item, bare, shaded, scale) for item, bare in zip(counted, outlined, strict=True)]
 
 
 def open_besides(total: Floats, most: Floats, cycles: Cycles, time: npt.NDArray[Any]) -> str:
@@ -77,49 +55,31 @@ def open_besides(total: Floats, most: Floats, cycles: Cycles, time: npt.NDArray[
     )
 
 
-def with_open_slits(found: Sequence[Measure], opened: Sequence[Measure], caution: str) -> list[Measure]:
-    """With intervals that have what slits which are hidden all the time make of each measure; a caution where
-    that is over a hundredth.
+def noted(counted: Sequence[Measure], outlined: Sequence[Measure], scale: Scale = SI) -> list[Measure]:
+    """The measures with hidden slits counted, each with a note where they add over a hundredth.
 
     Parameters
     ----------
-    found, opened : as many Measures each
-        Without, and with the widest such slits.
-    caution : str
-        The caution.
+    counted, outlined : as many Measures each
+        With hidden slits, and by the outline alone.
+    scale : Scale
+        The units of their record.
     """
-    widened = []
-    for item, other in zip(found, opened, strict=True):
-        if item.value is not None and other.value is not None and item.value != other.value:
-            off = other.value - item.value
-            if abs(off) > _NOTED * abs(item.value):
-                item = replace(item, cautions=(*item.cautions, caution))
-            item = _drawn(item, off, (0.0, 1.0))
-        widened.append(item)
-    return widened
+    return [_noted(item, bare, scale) for item, bare in zip(counted, outlined, strict=True)]
 
 
-def _counted(item: Measure, bare: Measure, shaded: bool, scale: Scale) -> Measure:
-    if item.value is None or bare.value is None or item.value == bare.value:
-        return bare if shaded else item
-    added = item.value - bare.value
-    if item.quantity.angle:
-        added = float(np.angle(np.exp(1j * added)))
-    if shaded:
-        return _drawn(bare, added, _NOT_ADDED)
-    if abs(added) > _NOTED * abs(item.value):
-        factor, unit = item.quantity.people(scale)
-        without = f"{factor * bare.value:.3g} {'' if unit == '1' else unit}".rstrip()
-        by_outline = f"with slits that blur hides from the outline, by their darkness; without them {without}"
-        item = replace(item, note="; ".join(filter(None, (item.note, by_outline))))
-    return _drawn(item, added, _ADDED)
-
-
-def _drawn(item: Measure, size: float, ends: tuple[float, float]) -> Measure:
-    """With an error in its replicates of which 95 % lie between these ends, in `size`."""
-    if item.replicates is None:
+def _noted(item: Measure, bare: Measure, scale: Scale) -> Measure:
+    if not differs(item, bare):
         return item
-    random = np.random.default_rng([_SEED, *item.name.encode()])
-    middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2 / coverage
-    error = size * (middle + half * random.uniform(-1, 1, item.replicates.values.size))
-    return replace(item, replicates=item.replicates.mapped(lambda values: values + error))
+    factor, unit = item.quantity.people(scale)
+    without = f"{factor * (bare.value or 0.0):.3g} {'' if unit == '1' else unit}".rstrip()
+    by_outline = f"with slits that blur hides from the outline, by their darkness; without them {without}"
+    return replace(item, note="; ".join(filter(None, (item.note, by_outline))))
+
+
+def differs(item: Measure, other: Measure) -> bool:
+    """Whether both have a value and the other is over a hundredth off; angles modulo 2 pi."""
+    if item.value is None or other.value is None:
+        return False
+    off = item.value - other.value
+    return abs(principal(off) if item.quantity.angle else off) > _NOTED * abs(item.value)

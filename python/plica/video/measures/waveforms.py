@@ -6,7 +6,7 @@ Left and right are those of the image.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,21 +14,32 @@ import numpy.typing as npt
 
 from plica.measures.catalogue import closed_share
 from plica.measures.cycles import Cycles
-from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
-from plica.measures.measure import Measure, Measures, per_cycle, whole
-from plica.measures.perturbation import noise_measures, perturbation_measures
+from plica.measures.glottal import (
+    amplitude_growth,
+    area_measures,
+    cycle_quotients,
+    frequency_measures,
+    over_cycles,
+    quotient_measures,
+)
+from plica.measures.measure import Measure, Measures, cycle_frequency, per_cycle, whole
+from plica.measures.perturbation import (
+    noise_measures,
+    perturbation_measures,
+    sampled_harmonics_to_noise,
+)
 from plica.measures.pulses import autocorrelation_peak
 from plica.measures.recorded import recorded_cycles
 from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
 from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
 from plica.video.glottis.glottal_area import GlottalArea
-from plica.video.measures.lateral_light import between_outlines, by_light, is_shaded, is_wide, turn_left
-from plica.video.measures.midline_error import with_midline_error
-from plica.video.measures.sampling_error import with_grain
-from plica.video.measures.slit_measures import open_besides, with_hidden_slits, with_open_slits
+from plica.video.measures.error_model import AreaErrors, Estimate, draws
+from plica.video.measures.intervals import with_errors
+from plica.video.measures.lateral_light import by_light, cautioned, is_shaded, is_wide
+from plica.video.measures.slit_measures import differs, noted, open_besides
 
-__all__ = ["measures", "phases", "scale_of", "wide_share"]
+__all__ = ["area_cycles", "measures", "phases", "scale_of", "wide_share"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -38,6 +49,8 @@ _PRECISE = 0.05  # of an amplitude: a larger share of it is said
 
 _APART = 0.05  # relative difference of two folds' frequencies
 _PERIODIC = 0.5  # autocorrelation from which a fold has a frequency
+
+_ENOUGH = 12  # cycles whose errors are drawn
 
 many_lost = 0.02  # of the frames: more whose area is not known are said
 
@@ -110,62 +123,45 @@ def measures(
     hides are counted where they are known (`area.lost`). `cycles` are all complete ones, by the outline,
     unless given.
     """
-    known = np.isfinite(area.total)
+    cycles = area_cycles(area, fps, mm_per_px) if cycles is None else cycles
     area = area.filled()
     size, step, scale = scale_of(fps, mm_per_px)
     time = step * np.arange(area.total.size)
-    total = size**2 * area.total
-    if cycles is None:
-        cycles = recorded_cycles(time, total, name="glottal area", scale=scale)
-        apart = _folds_apart(area, cycles, scale, step)
-        verdict = "diplophonic" if apart else cycles.verdict
-        left_out = _with_lost(known, time, cycles)
-        lost = "" if left_out else _lost(known, time, cycles)
-        said = filter(None, (cycles.note, apart, lost))
-        cycles = replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
+    seen = _Seen(time, size, sides)
     clear = area.lost is not None and area.lost.by_blur_alone
     sharp = area.unblurred if clear else area
 
     def of_sides(counted: GlottalArea, outlined: GlottalArea) -> list[Measure]:
-        found = (_of_sides(part, time, cycles, size, length, sides) for part in (counted, outlined))
-        return [
-            with_midline_error(item, counted, cycles, time) if item.name == "left_right_phase" else item
-            for item in with_hidden_slits(*found, scale=scale)
-        ]
-
-    halfway = of_sides(sharp, area)
-    wide = band is not None and is_wide(
-        area.total, band, area.lost.band if area.lost is not None and clear else None
-    )
-    if sharp.inner is None or area.inner is None:
-        of_folds = halfway
-    else:
-        left = turn_left(sharp.inner.left_edge, sharp.left_edge, cycles, time)
-        right = turn_left(sharp.inner.right_edge, sharp.right_edge, cycles, time)
-        inner = of_sides(sharp.inner, area.inner)
-        of_folds = by_light(halfway, inner, wide=wide, turns=(left, right))
+        with_slits, without = (seen.of_sides(part, length, cycles) for part in (counted, outlined))
+        return noted(with_slits, without, scale)
 
     def of_area(total: Floats) -> list[Measure]:
-        found = [
-            *quotient_measures(time, total, cycles),
-            *recorded_quotient_measures(time, total, cycles),
-            *area_measures(time, total, cycles),
-            *gap_measures(time, total, cycles, size * length if length else None),
-        ]
-        if length:
-            over = total / (size * length) ** 2
-            found.append(over_cycles("glottal_area_max_relative", time, over, cycles, np.max))
-        return found
+        return [*seen.of_quotients(total, cycles), *seen.of_area(total, length, cycles)]
 
-    outlined = of_area(size**2 * area.unblurred.total), of_area(total)
-    by_area = with_hidden_slits(*outlined, shaded=not clear, scale=scale)
+    of_folds, chosen, bare, shade = of_sides(sharp, area), sharp, area, None
+    by_blur = area.lost.band if area.lost is not None and clear else None
+    wide = band is not None and is_wide(area.total, band, by_blur)
+    if sharp.inner is not None and area.inner is not None:
+        inner = of_sides(sharp.inner, area.inner)
+        of_folds, darkest = by_light(of_folds, inner, wide=wide)
+        shade = sharp.less(sharp.inner)
+        if darkest:
+            chosen, bare = sharp.inner, area.inner
+    with_slits, without = (of_area(part.total) for part in (sharp, area))
+    by_area = noted(with_slits, without, scale)
+    most = None
     if area.lost is not None and (besides := open_besides(sharp.total, area.lost.most, cycles, time)):
-        by_area = with_open_slits(by_area, of_area(size**2 * (sharp.total + area.lost.most)), besides)
+        most = area.lost.most
+        opened = of_area(sharp.total + most)
+        by_area = [
+            replace(item, cautions=(*item.cautions, besides)) if differs(item, other) else item
+            for item, other in zip(by_area, opened, strict=True)
+        ]
+    outlines = None
     if band is not None and (wide or is_shaded(of_folds)):
-        outlines = [np.where(np.isfinite(edge), edge, area.total) for edge in band]
-        by_area = between_outlines(
-            by_area, [of_area(size**2 * edge) for edge in outlines], _outlines_said(area, band)
-        )
+        low, high = (np.where(np.isfinite(edge), edge, area.total) for edge in band)
+        outlines, by_area = (low, high), cautioned(by_area, _outlines_said(area, band))
+    total = size**2 * area.total
     found = [
         *count_measures(cycles),
         *frequency_measures(time, total, cycles, scale),
@@ -177,8 +173,105 @@ def measures(
     if length:
         found.append(whole("glottal_length", size * length))
     if cycles.count:
-        found = with_grain(found, float(np.median(cycles.periods)) / step, size, length)
+        errors = AreaErrors(
+            added=None if area.lost is None else area.unblurred.total - area.total,
+            counted=clear,
+            of_sides=chosen.less(bare) if clear else None,
+            most=most,
+            band=outlines,
+            shade=shade,
+            darkest=chosen is sharp.inner,
+        )
+        found = seen.with_errors(
+            found, Estimate(area.total, sharp.total, sharp.total, chosen, length), errors, cycles
+        )
     return Measures(found, scale), cycles
+
+
+def area_cycles(area: GlottalArea, fps: float | None = None, mm_per_px: float | None = None) -> Cycles:
+    """All complete cycles of a glottal area, by its outline: in s, or in frames without `fps`."""
+    known = np.isfinite(area.total)
+    area = area.filled()
+    size, step, scale = scale_of(fps, mm_per_px)
+    time = step * np.arange(area.total.size)
+    cycles = recorded_cycles(time, size**2 * area.total, name="glottal area", scale=scale)
+    apart = _folds_apart(area, cycles, scale, step)
+    verdict = "diplophonic" if apart else cycles.verdict
+    left_out = _with_lost(known, time, cycles)
+    lost = "" if left_out else _lost(known, time, cycles)
+    said = filter(None, (cycles.note, apart, lost))
+    return replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """How a recording is measured: instants of its frames, what a pixel is, which side is which."""
+
+    time: npt.NDArray[np.floating]
+    size: float
+    sides: tuple[str, str]
+
+    def of_quotients(self, total: Floats, cycles: Cycles) -> list[Measure]:
+        """What instants of the area (px^2) tell."""
+        area = self.size**2 * total
+        of_cycles = cycle_quotients(self.time, area, cycles)
+        return [
+            *quotient_measures(self.time, area, cycles, of_cycles),
+            *recorded_quotient_measures(self.time, area, cycles, of_cycles),
+        ]
+
+    def of_area(self, total: Floats, length: float | None, cycles: Cycles) -> list[Measure]:
+        """What the size of the area (px^2) tells."""
+        time, area = self.time, self.size**2 * total
+        found = [
+            *area_measures(time, area, cycles),
+            *gap_measures(time, area, cycles, self.size * length if length else None),
+        ]
+        if length:
+            over = total / length**2
+            found.append(over_cycles("glottal_area_max_relative", time, over, cycles, np.max))
+        return found
+
+    def of_sides(self, area: GlottalArea, length: float | None, cycles: Cycles) -> list[Measure]:
+        """What is measured of either fold, and between them."""
+        return _of_sides(area, self.time, cycles, self.size, length, self.sides)
+
+    def values(self, estimate: Estimate, cycles: Cycles) -> dict[str, float | None]:
+        """All that has an interval, by name."""
+        outline = self.size**2 * estimate.outline
+        found = [
+            cycle_frequency(cycles),
+            per_cycle("period", cycles, cycles.periods),
+            amplitude_growth(self.time, outline, cycles),
+            *self.of_quotients(estimate.timed, cycles),
+            *self.of_area(estimate.total, estimate.length, cycles),
+            *perturbation_measures(self.time, outline, cycles),
+            *noise_measures(self.time, outline, cycles),
+            *self.of_sides(estimate.sides, estimate.length, cycles),
+        ]
+        return {item.name: item.value for item in found}
+
+    def with_errors(
+        self, found: list[Measure], estimate: Estimate, errors: AreaErrors, cycles: Cycles
+    ) -> list[Measure]:
+        """The measures with intervals that have the errors of the estimate too."""
+        some = _middle_cycles(replace(cycles, recorded=False), _ENOUGH)
+        drawn = [
+            (self.values(*true), self.values(*noisy), crest)
+            for true, noisy, crest in draws(estimate, errors, some, self.time)
+        ]
+        step = float(self.time[1] - self.time[0])
+        sampled = sampled_harmonics_to_noise(self.time[some.extent(self.time)], some.frequency, step)
+        return with_errors(found, drawn, self.values(estimate, some), some.count / cycles.count, sampled)
+
+
+def _middle_cycles(cycles: Cycles, most: int) -> Cycles:
+    """So many in the middle, none of them left out unless it was."""
+    first = max((cycles.count - most) // 2, 0)
+    left_out = tuple(k - first for k in cycles.left_out if 0 <= k - first < most)
+    if len(left_out) >= min(most, cycles.count):  # none would be left
+        return cycles
+    return replace(cycles, starts=cycles.starts[first : first + most + 1], left_out=left_out)
 
 
 def _doubted(found: list[Measure], doubts: Sequence[str]) -> list[Measure]:
