@@ -66,7 +66,8 @@ class Measure:
         Why the value does not converge as the step falls, also among the cautions; empty if it does.
 
     The spread says how cycles differ, the uncertainty how far step and mesh may be from converged, the
-    interval how well cycles determine a mean. None of them has the error of the model.
+    interval how well cycles determine a mean, and what pictures leave open. None of them has the error of
+    the model.
     """
 
     name: str

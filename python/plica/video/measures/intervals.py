@@ -3,7 +3,8 @@
 With m0 the measure of the estimate, m1 that of a voice that may have been filmed, and m2 that of the same
 with noise, the true value is off by (m1 - m0) - (m2 - m1): noise that a recording has is not to be added to
 it, but taken off. What noise adds to differences of cycles it adds in squares, and to noise over harmonics as
-such, so that perturbations are taken so. Each bootstrap replicate over cycles gets the error of one draw.
+such, so that perturbations are taken so; of that a part may be there already, or rounding hide some. Each
+bootstrap replicate over cycles gets the error of one draw.
 """
 
 from __future__ import annotations

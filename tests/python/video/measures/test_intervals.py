@@ -48,11 +48,12 @@ def test_noise_is_taken_off_in_squares_to_no_less_than_0_and_may_hide_a_part() -
 
 def test_noise_is_taken_off_what_harmonics_are_over() -> None:
     noise = 10**-2.0  # of harmonics at 20 dB
-    low, high = _interval(
-        "harmonics_to_noise", 20.0, np.full(200, 20.0), -10 * np.log10(noise * (1 + 0.9 * _PLACES))
-    )
-    assert low == pytest.approx(20 - 10 * np.log10(1 + 0.9 / 4), abs=0.5)
-    assert high == pytest.approx(-10 * np.log10(noise * (1 - 0.9 * (1 + _SPAN) / 2)), abs=0.3)
+    louder = np.full(200, -10 * np.log10(1.9 * noise))
+    low, high = _interval("harmonics_to_noise", 20.0, np.full(200, 20.0), louder)
+    # From a quarter of 0.9 of the noise more, to 0.9 of it less: even, and of the span of ten cycles.
+    outer = 1.25 * (1 - _SPAN) / 2
+    assert low == pytest.approx(-10 * np.log10(noise * (1 + 0.9 * (0.25 - outer))), abs=0.3)
+    assert high == pytest.approx(-10 * np.log10(noise * (1 - 0.9 * (1 - outer))), abs=0.5)
     assert _interval("harmonics_to_noise", 20.0, np.full(200, 20.0), np.full(200, 3.0))[1] == pytest.approx(
         90
     )
