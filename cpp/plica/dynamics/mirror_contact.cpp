@@ -17,7 +17,6 @@ void check(const ContactPart& part) {
   const auto* multipliers = std::get_if<Multipliers>(&part.enforcement);
   if (!multipliers || !std::holds_alternative<EndOfStep>(multipliers->position))
     refuse("contact must be by multipliers, its gaps closed at the end of the step.");
-  if (part.friction) refuse("contact.friction must be left out: mirror images do not slide past each other.");
   if (part.surface_mass != SurfaceMass::kept)
     refuse("contact.surface_mass = \"redistributed\"; must be \"kept\".");
   if (part.airway.renewed) refuse("contact.airway = \"triangulated\"; must be \"matched\".");

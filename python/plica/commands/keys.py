@@ -29,6 +29,7 @@ examples:
   plica keys subglottal_pressure      one key in all tables; tissue.cover.E: only in that one
   plica keys open_quotient            one measure or waveform, with its definition
   plica keys measures                 all measures; likewise waveforms
+  plica keys combinations             what cannot be combined, and why
   plica keys stiffness                by a common name; also OQ, pitch, closed quotient, mucosal wave
 """
 
@@ -50,6 +51,9 @@ def _keys(options: argparse.Namespace) -> int:
         print(_overview(tables))
         return 0
     name = " ".join(options.name).strip("[]")
+    if name == "combinations":
+        print(_combinations())
+        return 0
     listed = {"measures": _measures(), "waveforms": _waveforms()}
     found = _entries(tables, listed, name)
     if not found and (said := not_modelled(name)):
@@ -99,6 +103,21 @@ def _places(tables: Sequence[Table], name: str) -> Iterator[tuple[Table, Key]]:
         )
         if matches or not path:
             yield from ((table, key) for key in table.keys if key.name == last)
+
+
+def _combinations() -> str:
+    from plica.scene.composition import COMBINATIONS
+
+    titles = {"physics": "What cannot be combined:", "construction": "Not built:"}
+    lines = []
+    for kind, title in titles.items():
+        lines.append(title)
+        for one in COMBINATIONS:
+            if one.kind == kind:
+                text = f"{one.option} {one.relation}"
+                lines += textwrap.wrap(text, 100, initial_indent="  ", subsequent_indent="    ")
+        lines.append("")
+    return "\n".join(lines).rstrip()
 
 
 def _measures() -> list[Key]:

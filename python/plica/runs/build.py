@@ -78,7 +78,8 @@ def build_simulation(
     if displacement is None and velocity is None:
         displacement, velocity = initial_fields(scene, mesh, body["fixed"])
         if scene.initial is not None and scene.initial.equilibrium:
-            displacement = _at_rest(scene, body)
+            at_rest = _at_rest(scene, body)
+            displacement = at_rest if displacement is None else at_rest + displacement
     parts: dict[str, Any] = {}
     if scene.airflow is not None:
         parts["airflow"] = _airflow(scene, scene.airflow, mesh)

@@ -68,7 +68,8 @@ class Initial(Part):
     displacement: dict[str, tuple[Length, Length, Length]] = Field(default_factory=dict)
     """[m] Uniform over the nodes of a layer, or of a fold."""
     equilibrium: bool = False
-    """Start from the displacement at rest under gravity and loads, without airflow and contact."""
+    """Start from the displacement at rest under gravity and loads, without airflow and contact; initial
+    displacements add to it."""
 
 
 class Load(Part):

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 from pydantic import Field, field_validator, model_validator
 
 from plica.errors import nearest, one_of
+from plica.scene.composition import require_combinable
 from plica.scene.part import Count, OneOf, Part, engine_default, problem
 from plica.units import Number, PerLength, Stiffness
 
@@ -126,9 +127,6 @@ class Contact(OneOf):
     def _has_a_direction(self) -> Self:
         if not any(self.direction):
             raise problem("must not be zero.", "direction", value=list(self.direction))
-        if self.airway == "triangulated" and self.direction != Contact.model_fields["direction"].default:
-            relation = "must be left out. A triangulated airway has no direction."
-            raise problem(relation, "direction", value=list(self.direction))
         return self
 
     @field_validator("airway", mode="before")
@@ -153,25 +151,6 @@ class Contact(OneOf):
         return self
 
     @model_validator(mode="after")
-    def _faces_fit_the_enforcement(self) -> Self:
-        relation = ""
-        if self.volume_penalty is not None:
-            relation = (
-                'must be "nodes" with the volume penalty, whose faces are those of the airway tetrahedra.'
-            )
-        if self.nitsche is not None:
-            relation = "must be \"nodes\" with Nitsche's method, which takes the tissue's stress at nodes."
-        if self.faces == "mortar" and relation:
-            raise problem(relation, "faces", value=self.faces)
-        return self
-
-    @model_validator(mode="after")
-    def _friction_has_multipliers(self) -> Self:
-        condensed = self.multipliers is not None and self.multipliers.solver in ("auto", "condensed")
-        if self.friction is not None and not condensed and self.augmented is None:
-            relation = (
-                'must come with multipliers (solver "auto" or "condensed") or augmented multipliers. '
-                "Leave it out for none."
-            )
-            raise problem(relation, "friction", value=self.friction)
+    def _is_combinable(self) -> Self:
+        require_combinable(self)
         return self

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from plica.errors import InvalidInput, SceneError
-from plica.scene.mesh.parts import Block, Blocks, Larynx, Mesh
+from plica.scene.composition import require_combinable
+from plica.scene.mesh.parts import Blocks, Larynx, Mesh
 from plica.scene.part import Part, problem
 from plica.scene.parts import (
     Airflow,
@@ -236,21 +237,8 @@ class Scene(Part):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        if self.reduction is not None and self.time.scheme.central_differences is not None:
-            raise problem(
-                "must be left out with central_differences: a reduced run has no step limit.", "reduction"
-            )
-        if self.symmetry is not None:
-            self._symmetry_fits()
+        require_combinable(self)
         on_larynx = isinstance(self.mesh, Larynx)
-        if self.initial is not None and isinstance(self.mesh, Block | Blocks):
-            for name in ("opening_velocity", "opening_displacement"):
-                if getattr(self.initial, name) is not None:
-                    raise problem("must be left out: a block has no glottis.", "initial", name)
-        if self.initial is not None and self.initial.equilibrium:
-            for name in ("opening_displacement", "displacement"):
-                if getattr(self.initial, name):
-                    raise problem("must be left out: initial.equilibrium computes it.", "initial", name)
         if self.supports is not None and self.supports.wall_from_y is not None and not on_larynx:
             raise problem("must be left out: only a larynx has that wall.", "supports", "wall_from_y")
         wall_from_y = self.supports.wall_from_y if self.supports is not None else None
@@ -272,17 +260,6 @@ class Scene(Part):
             if self.supports is not None and name in self.supports.fixed:
                 raise problem("must not be in supports.fixed too.", "supports", "components", name)
         return self
-
-    def _symmetry_fits(self) -> None:
-        if self.contact is not None and self.contact.nitsche is not None:
-            raise problem("must be left out with contact.nitsche.", "symmetry", value=self.symmetry)
-        if isinstance(self.mesh, Block | Blocks):
-            kind = "block" if isinstance(self.mesh, Block) else "blocks"
-            relation = (
-                f"must be left out with mesh.{kind}, which is never symmetric: all boxes are divided along "
-                "the same diagonals. Use a larynx, or a symmetric mesh file."
-            )
-            raise problem(relation, "symmetry", value=self.symmetry)
 
 
 def _changed(source: str) -> str:

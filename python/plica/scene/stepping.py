@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from plica.scene.composition import require_combinable
 from plica.scene.part import OneOf, Part, engine_default, problem
 from plica.units import Number, Time
 
@@ -84,9 +85,8 @@ class Stepping(Part):
         return max(1, round(self.duration / self.step))
 
     @model_validator(mode="after")
-    def _explicit_steps_have_lumped_mass(self) -> Self:
-        if self.scheme.central_differences is not None and self.mass != "lumped":
-            raise problem("must be lumped with central_differences.", "mass", value=self.mass)
+    def _is_combinable(self) -> Self:
+        require_combinable(self)
         return self
 
     @model_validator(mode="after")

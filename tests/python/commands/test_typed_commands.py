@@ -59,6 +59,7 @@ QUESTIONS = (
     "plica keys subglottal_pressure",
     "plica keys open_quotient",
     "plica keys measures",
+    "plica keys combinations",
     "plica keys stiffness",
     "plica verify --list",
     "python -m benchmarks list",
@@ -79,7 +80,8 @@ NOT_RUN = {
     r"plica larynx .*": "needs a frame of folds at rest; commands/test_larynx.py has one",
     r"plica uncertainty runs/(one|one --budget 8|own .*)|plica run .* --uncertainty": "the same again with "
     "other levels; uncertainty/test_meshes.py computes them",
-    r"plica run (full|voice).toml .*|plica reduce (runs/(full|whole)|voice.toml) .*": "scenes of docs/reduction.md, such as "
+    r"plica run (full|voice).toml .*|plica reduce (runs/(full|whole)|voice.toml) .*": "scenes of "
+    "docs/reduction.md, such as "
     "runs/test_reduction_full_run.py runs",
     r"plica film .* (--from|--size) .*": "films the same run otherwise; films/test_files.py has each option",
     r"plica video clip.avi .*": "a film of five cycles takes a minute; films/test_chain.py analyses one",

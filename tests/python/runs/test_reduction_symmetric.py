@@ -187,7 +187,6 @@ def test_symmetric_modes_and_contact_vectors_are_those_of_the_part(voice: plica.
     ("changes", "text"),
     [
         ({"contact": {"penalty": {}}}, r"with symmetry contact must be by multipliers"),
-        ({"contact.friction": 0.3}, r"contact.friction must be left out"),
         (
             {"contact.surface_mass": "redistributed"},
             r'contact.surface_mass = "redistributed"; must be "kept"',

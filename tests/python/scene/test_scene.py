@@ -383,5 +383,7 @@ def test_bars_on_mortar_faces_exchange_the_same_impulse(colliding: plica.Scene) 
 
 
 def test_mortar_faces_do_not_go_with_volumes() -> None:
-    with pytest.raises(plica.SceneError, match=r'faces = "mortar"; must be "nodes" with the volume penalty'):
+    with pytest.raises(
+        plica.SceneError, match=r'faces = "mortar"; must be "nodes" with contact.volume_penalty'
+    ):
         plica.Contact(volume_penalty=plica.VolumePenalty(), faces="mortar")

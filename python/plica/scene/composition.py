@@ -1,0 +1,324 @@
+"""What of a scene cannot be combined, and why: the one table that refusals and documentation come from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from plica.scene.part import problem
+
+__all__ = ["COMBINATIONS", "Combination", "require_combinable"]
+
+Fault = tuple[tuple[str, ...], object] | None
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A combination that is refused.
+
+    Attributes
+    ----------
+    of : str
+        Class of the part in which it is looked for.
+    option, other : str
+        What cannot be combined, as keys of the scene.
+    must : str
+        What must hold of the option instead.
+    reason : str
+        Why.
+    kind : {"physics", "construction"}
+        construction: it could be built.
+    found : callable
+        Path of the option in a part, and the value that is shown, where the part has both; else None.
+    """
+
+    of: Literal["Scene", "Contact", "Stepping"]
+    option: str
+    other: str
+    must: str
+    reason: str
+    kind: Literal["physics", "construction"]
+    found: Callable[[Any], Fault]
+
+    @property
+    def relation(self) -> str:
+        """What must hold, and why, as in messages."""
+        return f"{self.must} with {self.other}: {self.reason}"
+
+
+def require_combinable(part: Any) -> None:
+    """Raise for the first combination of a part that is refused."""
+    for combination in COMBINATIONS:
+        if combination.of == type(part).__name__ and (fault := combination.found(part)) is not None:
+            path, value = fault
+            raise problem(combination.relation, *path, **({} if value is None else {"value": value}))
+
+
+def _contact(scene: Any, value: str, *path: str) -> Fault:
+    """Of a scene's contact, an option with this value."""
+    contact = scene.contact
+    return ((*path,), value) if contact is not None and getattr(contact, path[-1]) == value else None
+
+
+def _solved(scene: Any) -> str | None:
+    """The method of a scene's contact if its forces are solved for."""
+    names = ("multipliers", "augmented", "nitsche")
+    contact = scene.contact
+    return (
+        None
+        if contact is None
+        else next((name for name in names if getattr(contact, name) is not None), None)
+    )
+
+
+def _is_explicit(scene: Any) -> bool:
+    return scene.time.scheme.central_differences is not None
+
+
+def _is_reduced(scene: Any) -> bool:
+    return scene.reduction is not None
+
+
+def _is_mirrored(scene: Any) -> bool:
+    """Whether contact is with the plane between mirror images."""
+    return scene.reduction is not None and scene.symmetry is not None and scene.contact is not None
+
+
+def _has_nitsche(scene: Any) -> bool:
+    return scene.contact is not None and scene.contact.nitsche is not None
+
+
+def _boxes(scene: Any) -> str | None:
+    name = type(scene.mesh).__name__
+    return name.lower() if name in ("Block", "Blocks") else None
+
+
+def _initial_of_glottis(scene: Any) -> Fault:
+    if scene.initial is None or _boxes(scene) is None:
+        return None
+    for name in ("opening_velocity", "opening_displacement"):
+        if getattr(scene.initial, name) is not None:
+            return ("initial", name), None
+    return None
+
+
+def _unlike_multipliers(scene: Any) -> Fault:
+    if not _is_mirrored(scene):
+        return None
+    multipliers = scene.contact.multipliers
+    if multipliers is None:
+        return (
+            "contact",
+            next(name for name in type(scene.contact).kinds if getattr(scene.contact, name)),
+        ), None
+    return (
+        None
+        if multipliers.position == "end_of_step"
+        else (("contact", "multipliers", "position"), "weighted")
+    )
+
+
+COMBINATIONS = (
+    Combination(
+        "Scene",
+        "symmetry",
+        "mesh.block or mesh.blocks",
+        "must be left out",
+        "all boxes are divided along the same diagonals. Use a larynx, or a symmetric mesh file.",
+        "physics",
+        lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and _boxes(scene) else None,
+    ),
+    Combination(
+        "Scene",
+        "initial.opening_velocity, initial.opening_displacement",
+        "mesh.block or mesh.blocks",
+        "must be left out",
+        "a block has no glottis.",
+        "physics",
+        _initial_of_glottis,
+    ),
+    Combination(
+        "Stepping",
+        'time.mass = "consistent"',
+        "time.scheme.central_differences",
+        'must be "lumped"',
+        "an explicit step solves for nothing.",
+        "physics",
+        lambda stepping: (
+            (("mass",), stepping.mass)
+            if stepping.scheme.central_differences is not None and stepping.mass != "lumped"
+            else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        "contact.multipliers, contact.augmented, contact.nitsche",
+        "time.scheme.central_differences",
+        "must be left out",
+        "their forces close gaps at the end of the step, which an explicit step knows before any force. "
+        "Use contact.penalty or contact.volume_penalty.",
+        "physics",
+        lambda scene: (
+            (("contact", method), None)
+            if _is_explicit(scene) and (method := _solved(scene)) is not None
+            else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        'contact.surface_mass = "redistributed"',
+        "time.scheme.central_differences",
+        'must be "kept"',
+        "an explicit step divides by the mass of every node.",
+        "physics",
+        lambda scene: (
+            _contact(scene, "redistributed", "contact", "surface_mass") if _is_explicit(scene) else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        "reduction",
+        "time.scheme.central_differences",
+        "must be left out",
+        "the implicit step of few coordinates costs no more and has no limit.",
+        "physics",
+        lambda scene: (("reduction",), None) if _is_reduced(scene) and _is_explicit(scene) else None,
+    ),
+    Combination(
+        "Contact",
+        'contact.faces = "mortar"',
+        "contact.volume_penalty",
+        'must be "nodes"',
+        "its faces are those of the airway tetrahedra.",
+        "physics",
+        lambda contact: (
+            (("faces",), contact.faces)
+            if contact.faces == "mortar" and contact.volume_penalty is not None
+            else None
+        ),
+    ),
+    Combination(
+        "Contact",
+        "contact.direction",
+        'contact.airway = "triangulated"',
+        "must be left out",
+        "a triangulated airway has no direction.",
+        "physics",
+        lambda contact: (
+            (("direction",), list(contact.direction))
+            if contact.airway == "triangulated"
+            and contact.direction != type(contact).model_fields["direction"].default
+            else None
+        ),
+    ),
+    Combination(
+        "Contact",
+        'contact.faces = "mortar"',
+        "contact.nitsche",
+        'must be "nodes"',
+        "it takes the tissue's stress at nodes.",
+        "construction",
+        lambda contact: (
+            (("faces",), contact.faces) if contact.faces == "mortar" and contact.nitsche is not None else None
+        ),
+    ),
+    Combination(
+        "Contact",
+        "contact.friction",
+        "contact.penalty, contact.volume_penalty, contact.nitsche",
+        "must be left out",
+        "it is solved for with the normal forces: use contact.multipliers or contact.augmented.",
+        "construction",
+        lambda contact: (
+            (("friction",), contact.friction)
+            if contact.friction is not None and contact.multipliers is None and contact.augmented is None
+            else None
+        ),
+    ),
+    Combination(
+        "Contact",
+        "contact.friction",
+        'contact.multipliers.solver = "saddle" or "gmres"',
+        "must be left out",
+        "it takes the compliance of the closed nodes, which only the condensed solver has.",
+        "construction",
+        lambda contact: (
+            (("friction",), contact.friction)
+            if contact.friction is not None
+            and contact.multipliers is not None
+            and contact.multipliers.solver in ("saddle", "gmres")
+            else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        "symmetry",
+        "contact.nitsche",
+        "must be left out",
+        "it takes the stress of all the tissue.",
+        "construction",
+        lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and _has_nitsche(scene) else None,
+    ),
+    Combination(
+        "Scene",
+        "reduction",
+        "contact.nitsche",
+        "must be left out",
+        "it takes the stress of all the tissue.",
+        "construction",
+        lambda scene: (("reduction",), None) if _is_reduced(scene) and _has_nitsche(scene) else None,
+    ),
+    Combination(
+        "Scene",
+        'contact.faces = "mortar"',
+        "reduction",
+        'must be "nodes"',
+        "contact in few coordinates is of nodes.",
+        "construction",
+        lambda scene: _contact(scene, "mortar", "contact", "faces") if _is_reduced(scene) else None,
+    ),
+    Combination(
+        "Scene",
+        'contact.airway = "triangulated"',
+        "reduction",
+        'must be "matched"',
+        "where contact can be is known of an airway that does not change.",
+        "construction",
+        lambda scene: _contact(scene, "triangulated", "contact", "airway") if _is_reduced(scene) else None,
+    ),
+    Combination(
+        "Scene",
+        'contact.surface_mass = "redistributed"',
+        "reduction",
+        'must be "kept"',
+        "a basis moves all nodes, those without mass too.",
+        "construction",
+        lambda scene: (
+            _contact(scene, "redistributed", "contact", "surface_mass") if _is_reduced(scene) else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        'airflow.load_shape = "current"',
+        "reduction",
+        'must be "reference"',
+        "a load that turns with the surface is not linear in the coordinates.",
+        "construction",
+        lambda scene: (
+            (("airflow", "load_shape"), "current")
+            if _is_reduced(scene) and scene.airflow is not None and scene.airflow.load_shape == "current"
+            else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        "contact other than multipliers at the end of the step",
+        "reduction and symmetry",
+        "must be by multipliers, gaps closed at the end of the step",
+        "mirror images meet in their plane, which needs no other.",
+        "construction",
+        _unlike_multipliers,
+    ),
+)
+"""In the order of the documentation: what physics forbids, then what could be built."""
