@@ -82,7 +82,9 @@ def _meaning(items: Sequence[Measure]) -> list[str]:
             f"open_quotient: closed is an area of at most {100 * closed_share:g} % of the cycle's largest"
         )
     if any(item.interval is not None for item in items):
-        lines.append("[from, to]: 95 % interval of the value, by bootstrap over cycles")
+        lines.append(
+            "[from, to]: 95 % interval of the value, by bootstrap over cycles, with what pictures leave open"
+        )
     if any(item.spread is not None for item in items):
         lines.append("scatter: standard deviation between cycles; it is no accuracy")
     sources = dict.fromkeys(item.bound.source for item in items if item.bound is not None)

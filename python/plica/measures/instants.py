@@ -52,8 +52,9 @@ def summit(time: Floats, signal: Floats, peak: int, floor: float) -> float:
 
     # Through both samples of a flank: h(x) = y + rise g(x), for the top at x (in units of m samples).
     square = np.array([1.0, 2.0, 1.0])  # (1 + x)^2, and g(x) = (1 + x)^2 / (3 + 2 x) for p = 2
-    both = np.polymul((rise * square), (-2.0, 3.0)) - np.polymul((fall * square * (1, -1, 1)), (2.0, 3.0))
-    roots = np.roots(np.polyadd(both, (y[1] - y[3]) * np.polymul((2.0, 3.0), (-2.0, 3.0))))
+    both = np.convolve(rise * square, (-2.0, 3.0)) - np.convolve(fall * square * (1, -1, 1), (2.0, 3.0))
+    both[1:] += (y[1] - y[3]) * np.array([-4.0, 0.0, 9.0])  # (3 + 2 x) (3 - 2 x)
+    roots = np.roots(both)
     round_tops = [float(x.real) for x in roots if np.isreal(x) and abs(x) <= 1]
     corner = (y[3] - y[1] + fall - rise) / (rise + fall)  # g(x) = 1 + x for p = 1
     tops = [(x, 2) for x in round_tops] + ([(corner, 1)] if abs(corner) <= 1 else [])
