@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica._engine import build_info
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, Named
 from plica.identify.estimator.iterates import Iterates
 from plica.identify.estimator.posterior import FOLLOWED, Posterior
 from plica.identify.estimator.residuals import ResidualTest
@@ -23,7 +25,7 @@ from plica.storage.files import replaced, storage_errors
 from plica.storage.hdf5 import create, put, put_text, set_text
 from plica.storage.stored import Stored
 
-__all__ = ["Identification", "Picture", "load", "store"]
+__all__ = ["Identification", "Identified", "Picture", "load", "store"]
 
 Floats = NDArray[np.float64]
 
@@ -94,6 +96,42 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Identified:
+    """A parameter's posterior (a `plica.measures.measured.Measured`).
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        Median, in `unit`.
+    unit : str
+    interval : (float, float) or None
+        95 %; None where the recording does not answer.
+    cautions : tuple of str
+        Warnings of this parameter, and of all.
+    """
+
+    name: str
+    value: float
+    unit: str
+    interval: tuple[float, float] | None
+    cautions: tuple[str, ...]
+    spread: None = None
+
+    @property
+    def uncertainty(self) -> float | None:
+        """Half of the interval; None without one."""
+        return None if self.interval is None else 0.5 * (self.interval[1] - self.interval[0])
+
+    @property
+    def uncertainty_source(self) -> str:
+        """What the uncertainty is of; empty without one."""
+        return (
+            "" if self.interval is None else "95 % interval of the posterior, with the shift between meshes"
+        )
+
+
+@dataclass(frozen=True)
 class Identification:
     """The results in the directory of an identification."""
 
@@ -107,6 +145,22 @@ class Identification:
     """(i) start number of each of these; 0: the estimate with the learned error of the flow"""
     settings: dict[str, Any]
     scene_text: str
+
+    @cached_property
+    def measures(self) -> Mapping[str, Identified]:
+        """By name: each parameter's median, its 95 % interval and what speaks against it."""
+        posterior, warnings = self.posterior, self.warnings
+        found = {}
+        for name, unit, value, ends in zip(
+            posterior.names, posterior.units, posterior.median, posterior.interval(), strict=True
+        ):
+            others = [f'"{other}"' for other in posterior.names if other != name]
+            own = tuple(
+                text for text in warnings if f'"{name}"' in text or not any(other in text for other in others)
+            )
+            interval = (float(ends[0]), float(ends[1])) if posterior.answered else None
+            found[name] = Identified(name, float(value), unit, interval, own)
+        return Named("Identification.measures", found.items())
 
     @property
     def table(self) -> str:

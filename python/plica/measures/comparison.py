@@ -20,8 +20,8 @@ METHOD = (
     "Welch's degrees of freedom); it does not follow from the two intervals beside it. It covers the "
     "variation of cycles within each recording, and what its pictures leave open. It does not cover the "
     "variation of a voice from one day or one phonation to the next, nor an outline that is too wide or too "
-    "narrow in one of the two by more than a tenth of a pixel, unless a caution says that it is not sharp. Of twenty measures that did not change, one interval excludes zero "
-    "by chance."
+    "narrow in one of the two by more than a tenth of a pixel, unless a caution says that it is not sharp. "
+    "Of twenty measures that did not change, one interval excludes zero by chance."
 )
 """Description of the method in reports."""
 

@@ -39,7 +39,7 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class Measure:
-    """The measured value of one quantity.
+    """The measured value of one quantity (a `plica.measures.measured.Measured`).
 
     Attributes
     ----------
@@ -96,13 +96,19 @@ class Measure:
 
     @property
     def uncertainty(self) -> float | None:
-        """Numerical uncertainty, in the unit of the value; None if it is not known."""
-        return None if self.bound is None else self.bound.uncertainty
+        """Of a run numerical, of a recording half of the interval, in the value's unit; None if not known."""
+        if self.bound is not None:
+            return self.bound.uncertainty
+        return None if self.interval is None else 0.5 * (self.interval[1] - self.interval[0])
 
     @property
     def uncertainty_source(self) -> str:
-        """What the numerical uncertainty was determined of; empty without one."""
-        return "" if self.bound is None else "; ".join((self.bound.source, *self.bound.doubts))
+        """What the uncertainty was determined of; empty without one."""
+        if self.bound is not None:
+            return "; ".join((self.bound.source, *self.bound.doubts))
+        return (
+            "" if self.interval is None else "95 % interval: scatter of cycles, and what pictures leave open"
+        )
 
     @property
     def unit(self) -> str:

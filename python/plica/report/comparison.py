@@ -178,7 +178,7 @@ def _write_tables(sheet: Sheet, directory: Path) -> None:
         columns[f"unit {side}"] = [item.unit for item in items]
         columns[side] = [np.nan if item.value is None else item.value for item in items]
         columns[f"{side} uncertainty"] = [
-            np.nan if one.uncertainty is None else one.uncertainty for one in items
+            np.nan if one.bound is None else one.bound.uncertainty for one in items
         ]
         for k, end in enumerate(("from", "to")):
             columns[f"{side} {end}"] = [

@@ -91,7 +91,7 @@ def row(item: Measure) -> Row:
     """A measure in its common unit, with its numerical uncertainty if there is one."""
     factor, unit = item.quantity.people(item.scale)
     digits = 4 if item.value is None else min(digits_of(item.value, item.interval), 4)
-    half = item.uncertainty
+    half = None if item.bound is None else item.bound.uncertainty
     if item.value is not None and half:
         digits = min(digits_of(item.value, (item.value - half, item.value + half)) + 1, 6)
     value = "–" if item.value is None else number(factor * item.value, digits)

@@ -24,6 +24,7 @@ from plica.identify.observation.paths import correlation_length, follow_points
 from plica.identify.observation.placement import place
 from plica.identify.observation.sources import open_motion
 from plica.identify.report.page import rows
+from plica.measures.measured import Measured
 from stored_files import add_noise
 
 TRUTH = {"E": 5e3, "viscosity": 0.3}
@@ -91,6 +92,23 @@ def test_the_truth_is_in_the_intervals(commanded: Path) -> None:
         assert low < true < high
     assert found.mesh_shift is not None
     assert found.sd[found.names.index("body.E")] < 0.5 * 0.7  # much is learned, the shift included
+
+
+@pytest.mark.slow
+def test_parameters_have_the_shape_of_measures(commanded: Path) -> None:
+    found = load(commanded)
+    assert set(found.measures) == set(found.posterior.names)
+    parameter: Measured = found.measures["body.E"]
+    low, high = found.posterior.interval()[found.posterior.names.index("body.E")]
+    assert parameter.interval == (low, high)
+    assert parameter.uncertainty == pytest.approx(0.5 * (high - low))
+    assert low < parameter.value < high
+    assert (parameter.unit, parameter.spread) == ("Pa", None)
+    assert "posterior" in parameter.uncertainty_source
+    assert set(parameter.cautions) <= set(found.warnings)
+    assert not any('"viscosity"' in text and '"body.E"' not in text for text in parameter.cautions)
+    with pytest.raises(plica.InvalidInput, match=r"body\.E"):
+        found.measures["body.F"]
 
 
 @pytest.mark.slow

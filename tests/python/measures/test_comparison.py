@@ -11,6 +11,7 @@ from plica.measures.cycles import Cycles
 from plica.measures.glottal import area_measures, frequency_measures, quotient_measures
 from plica.measures.interval import Replicates, difference_interval, of_mean
 from plica.measures.measure import Measure, Measures, average_angle, per_cycle, per_cycle_angle, whole
+from plica.measures.measured import Measured
 from plica.measures.perturbation import perturbation_measures
 from plica.measures.recorded import mark_shares, recorded_cycles
 from plica.measures.scale import Scale
@@ -24,6 +25,16 @@ def test_a_side_that_does_not_scatter_leaves_the_interval_of_the_other() -> None
     assert (low + 3, high + 3) == pytest.approx(drawn.interval, abs=0.03)  # percentiles of 2000 draws
     still = Replicates(np.full(2000, 2.0), 5)
     assert difference_interval(still, still) == (0, 0)
+
+
+def test_the_uncertainty_of_a_recorded_measure_is_half_of_its_interval() -> None:
+    drawn = of_mean(np.random.default_rng(1).standard_normal(40))
+    recorded: Measured = Measure("peak_flow", 0.0, 1.0, 40, replicates=drawn)
+    low, high = drawn.interval
+    assert recorded.uncertainty == pytest.approx(0.5 * (high - low))
+    assert "95 % interval" in recorded.uncertainty_source
+    simulated: Measured = Measure("peak_flow", 0.0, 1.0, 40)
+    assert (simulated.uncertainty, simulated.uncertainty_source) == (None, "")
 
 
 @pytest.mark.parametrize("sizes", [(8, 8), (12, 40), (60, 60)])
