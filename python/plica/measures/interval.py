@@ -51,6 +51,11 @@ class Replicates:
         """95 % interval of the value, by expanded percentiles."""
         return _ends(self.values, np.sqrt(self.blocks / (self.blocks - 1)), self.blocks - 1)
 
+    @property
+    def tail(self) -> float:
+        """Share of the replicates below the interval, and above: less than 2.5 % where blocks are few."""
+        return _tail(np.sqrt(self.blocks / (self.blocks - 1)), self.blocks - 1)
+
     def mapped(self, change: Callable[[Floats], Floats]) -> Replicates:
         """Replicates of a function of the value."""
         return Replicates(change(self.values), self.blocks)
@@ -109,8 +114,12 @@ def of_ratio(top: Floats, bottom: Floats) -> Replicates | None:
 
 def _ends(found: Floats, wide: float, freedom: float) -> tuple[float, float]:
     """Percentiles of the draws at the normal levels of `wide` times Student's quantile."""
-    from scipy import special
-
-    tail = float(special.ndtr(wide * special.stdtrit(freedom, (1 - coverage) / 2)))
+    tail = _tail(wide, freedom)
     low, high = np.quantile(found, [tail, 1 - tail])
     return float(low), float(high)
+
+
+def _tail(wide: float, freedom: float) -> float:
+    from scipy import special
+
+    return float(special.ndtr(wide * special.stdtrit(freedom, (1 - coverage) / 2)))

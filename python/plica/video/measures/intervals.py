@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from plica.measures.catalogue import Quantity
 from plica.measures.circular import principal
+from plica.measures.interval import coverage
 from plica.measures.measure import Measure
 
 __all__ = ["with_errors"]
@@ -78,7 +79,8 @@ def _widened(
     if not errors:
         return item
     random = np.random.default_rng([_SEED, *item.name.encode()])
-    off = random.permutation(np.resize(np.array(errors), item.replicates.values.size))
+    off = _unexpanded(np.array(errors), item.replicates.tail)
+    off = random.permutation(np.resize(off, item.replicates.values.size))
     if kind.perturbation == "decibels" and np.isfinite(sampled):
         off = off - to(sampled) * _SAMPLED * random.random(off.size)
     if kind.of_ends:
@@ -88,6 +90,16 @@ def _widened(
         item,
         replicates=item.replicates.mapped(lambda values: np.clip(back(to(values) + off), low, high)),
     )
+
+
+def _unexpanded(errors: Floats, tail: float) -> Floats:
+    """So scaled about their middle that an interval with these tails has 95 % of them: its tails are for few
+    cycles, which say nothing of errors that cycles share."""
+    middle = (1 - coverage) / 2
+    low, high = np.quantile(errors, [middle, 1 - middle])
+    least, most = np.quantile(errors, [tail, 1 - tail])
+    share = (high - low) / (most - least) if most > least else 1.0
+    return np.asarray((low + high) / 2 + share * (errors - (least + most) / 2))
 
 
 def _scale(kind: Quantity) -> tuple[Callable[..., Floats], Callable[..., Floats]]:

@@ -8,7 +8,7 @@ are those of the darkest part, which is said, and by how much both differ. What 
 tell cannot be compared, which is said too. The limits were chosen on films of two runs and judged on those of
 two others (docs/verification/video.md, "One lamp").
 
-A third of the difference may be left in the darkest part, in any phase of the cycle: shade shows where the
+Half of the difference may be left in the darkest part, in any phase of the cycle: shade shows where the
 medial surface is seen from above, so mostly as the folds close (:mod:`plica.video.measures.error_model`).
 """
 
@@ -61,7 +61,7 @@ def by_light(halfway: list[Measure], inner: list[Measure], *, wide: bool) -> tup
     if moved:
         found = cautioned(
             found,
-            f"{_SAID}: with the outline drawn halfway to the tissue {' and '.join(off)}; a third of that may "
+            f"{_SAID}: with the outline drawn halfway to the tissue {' and '.join(off)}; half of that may "
             "be left in these (the interval of the phase has it). Take an asymmetry of this size for the "
             "lamp's, or film with the light from straight above",
             _COMPARED,

@@ -136,7 +136,7 @@ def test_a_side_that_is_not_known_is_not_compared_and_that_is_said() -> None:
         assert found[0].value == 5.0
     found, _ = by_light(_sides(5.0, 0.3, nan), _sides(4.0, 0.1, 0.5), wide=False)
     told, unknown = found[1].cautions
-    assert "halfway to the tissue the amplitude asymmetry would be +0.2 off; a third" in told
+    assert "halfway to the tissue the amplitude asymmetry would be +0.2 off; half" in told
     assert "phase" in unknown
 
 
