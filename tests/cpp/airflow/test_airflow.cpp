@@ -182,6 +182,24 @@ TEST_CASE("the cut areas of the larynx at rest are those of its planes, whatever
   CHECK(spacing.maxCoeff() > 5 * spacing.minCoeff());
 }
 
+TEST_CASE("cut sections of a surface with a hole in one fold are refused, whichever it is") {
+  const TetMesh mesh = slit(1e-3, 14e-3, 5e-3);
+  const Faces& wall = mesh.surface("airway");
+  CHECK_NOTHROW(Airflow(mesh, wall, {}));
+  for (const double side : {1.0, -1.0}) {
+    CAPTURE(side);
+    std::vector<std::ptrdiff_t> kept;
+    for (std::ptrdiff_t f = 0; f < wall.rows(); ++f) {
+      const Vector3 at = mesh.points(wall.row(f), Eigen::all).colwise().mean();
+      const bool hole = side * at[0] > 0 && at[1] > 3.5e-3 && at[1] < 5.2e-3 && at[2] > 2.5e-3 && at[2] < 3.7e-3;
+      if (!hole) kept.push_back(f);
+    }
+    REQUIRE(static_cast<std::ptrdiff_t>(kept.size()) == wall.rows() - 2);
+    const Faces open = wall(kept, Eigen::all);
+    CHECK_THROWS_WITH_AS(Airflow(mesh, open, {}), doctest::Contains("must be met equally often"), InvalidInput);
+  }
+}
+
 TEST_CASE("cut sections follow a motion, and what overlaps counts zero") {
   const TetMesh mesh = slit(1e-3, 14e-3, 5e-3);
   const Airflow airflow(mesh, mesh.surface("airway"), {});
@@ -195,6 +213,9 @@ TEST_CASE("cut sections follow a motion, and what overlaps counts zero") {
   const Vector half = closed_by([](double) { return 0.5e-3; }), shut = closed_by([](double) { return 1.5e-3; });
   CHECK((half - open / 2).cwiseAbs().maxCoeff() < 1e-6 * open[0]);
   CHECK(shut.isZero(0));
+  // Stations lie alike on both sides of the middle: a width that is linear in y has its mean.
+  const Vector tilted = closed_by([](double y) { return 0.25e-3 + 0.5e-3 * y / 7e-3; });
+  CHECK((tilted - 0.75 * open).cwiseAbs().maxCoeff() < 1e-6 * open[0]);
   // Overlap over one half of the length does not take from the other: width 1 mm - 2 mm * y / 7 mm.
   const Vector partly = closed_by([](double y) { return 2e-3 * y / 7e-3; });
   const double expected = 3e-3 / 2 * 10.5e-3;                   // open from y = -7 mm (3 mm wide) to 3.5 mm
@@ -248,6 +269,12 @@ TEST_CASE("a stopped or closed glottis holds the subglottal pressure up to the s
     CHECK(state.flow == 0);
     CHECK(state.pressure == held);
   }
+  // Sections that contact closes to round-off: the flow meets the lowest of them.
+  const Vector rest = airflow.areas(mesh.points);
+  area << 4, 3, 1e-6, 0, 5;
+  area *= rest.minCoeff();
+  held << 800, 800, 0, 0, 0;
+  CHECK(airflow.evaluate(area, false).pressure == held);
 }
 
 TEST_CASE("with a given separation the pressure is continuous in the areas and stays within its bounds") {

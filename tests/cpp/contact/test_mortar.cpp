@@ -183,9 +183,12 @@ TEST_CASE("what has nothing opposite does not count, and what lies beyond the re
   Detector detector = sheets.detector();
   REQUIRE(detector.slave_is_first());
   const auto mortar = mortar_means(detector, sheets.upper, sheets.lower);
+  // The hats of four squares each way, each cut along (1, 1): h^2 inside.
   double area = 0;
   for (const Constraint& mean : constraints(sheets, detector)) {
     area += mean.area;
+    const Vector3 at = sheets.points.row(mean.slave);
+    if (at[0] > 0 && at[1] > 0) CHECK(mean.support == doctest::Approx(16 * mean.area).epsilon(1e-12));
     CHECK(mean.gap(sheets.points) == doctest::Approx(-0.01).epsilon(1e-12));
     CHECK(mortar->at(mean.key, sheets.points, 0.005).key == -1);
   }
@@ -243,6 +246,9 @@ TEST_CASE("pressure is linear between corners, the force of a mean over its area
   for (const PressedNode& node : mortar->pressed(detector.first(), {nodal, keys, force}, sheets.points)) {
     area += node.area;
     CHECK(node.pressure == doctest::Approx(pressure[node.node]).epsilon(1e-14));
+    const double y = sheets.points(node.node, 1);  // to the mid-sides, half of a third away
+    CHECK(node.stretch.first == doctest::Approx(std::max(0.0, y - 1.0 / 6)).epsilon(1e-12));
+    CHECK(node.stretch.second == doctest::Approx(std::min(1.0, y + 1.0 / 6)).epsilon(1e-12));
   }
   CHECK(area == doctest::Approx(1).epsilon(1e-12));
 }

@@ -350,6 +350,13 @@ TEST_CASE("edges that cross are found where no node has") {
   for (const auto node : detector.candidates(detector.second()))
     CHECK_FALSE(detector.pair(node, x).penetrates(x, reach));
 
+  for (const int axis : {1, 2})
+    for (const double way : {-1.5, 1.5}) {  // past the ends of either
+      Points past = x;
+      past.bottomRows(4).col(axis).array() += way;
+      detector.update(past);
+      CHECK(detector.edge_crossings(past, reach).empty());
+    }
   x.bottomRows(4).col(1).array() += 5;  // beside each other: inverted or not, nothing crosses
   detector.update(x);
   CHECK(detector.edge_crossings(x, reach).empty());

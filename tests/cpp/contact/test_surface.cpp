@@ -118,6 +118,20 @@ TEST_CASE("tributary areas add up to the surface and normals are the plane's") {
   CHECK(area == doctest::Approx(std::sqrt(1.25)).epsilon(1e-13));
 }
 
+TEST_CASE(
+    "the foot is the same whatever triangle is looked at first: of equally near ones the first, no hidden one") {
+  const Sheet sheet = bumpy_sheet(1);  // two triangles and the diagonal between them
+  ContactSurface surface(sheet.triangles, sheet.points.rows());
+  surface.update(sheet.points);
+  const Vector3 on_diagonal = 0.5 * (sheet.points.row(0) + sheet.points.row(3));
+  for (const std::int32_t near : {-1, 0, 1}) CHECK(surface.closest(sheet.points, on_diagonal, near).triangle == 0);
+  const Vector3 on_second = (sheet.points.row(0) + sheet.points.row(3) + sheet.points.row(2)) / 3.0;
+  CHECK(surface.closest(sheet.points, on_second, 0).triangle == 1);
+  surface.look_at({0});
+  surface.update(sheet.points);
+  for (const std::int32_t near : {-1, 0, 1}) CHECK(surface.closest(sheet.points, on_second, near).triangle == 0);
+}
+
 TEST_CASE("a surface without triangles is refused") {
   CHECK_THROWS_AS(ContactSurface(Triangles(0, 3), 4), InvalidInput);
 }
