@@ -54,6 +54,22 @@ TEST_CASE("without viscosity and with separation at the least area the flow is B
   CHECK(thesis.jet_power == doctest::Approx(0.5 * air.density * std::pow(thesis.flow, 3) / 25e-12).epsilon(1e-12));
 }
 
+TEST_CASE("a section just below the ratio is of the stream, one just above it of the jet") {
+  const Slit slit(4);
+  for (const double beside : {1e-6, -1e-6}) {
+    const double ratio = 1.2, last = (ratio + beside) * 5e-6;
+    const FlowState flow = slit.flow({ratio, 0, 3e-4}, 1e-6 * list({20, 5, 5.5, 1e6 * last}));
+    const double exit = std::min(last, ratio * 5e-6);
+    CHECK(flow.flow ==
+          doctest::Approx(exit * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-12));
+  }
+  const FlowState detached = slit.flow({1.2, 0, 3e-4}, 1e-6 * list({20, 5, 6.06, 6.3}));
+  CHECK(detached.flow ==
+        doctest::Approx(6e-6 * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-12));
+  CHECK(detached.pressure[2] == 0);
+  CHECK(detached.pressure[3] == 0);
+}
+
 TEST_CASE("the jet leaves between sections where the area is the ratio times the least one") {
   const Slit slit(9);
   const Vector areas = 1e-6 * list({90, 60, 40, 20, 9, 5, 5.5, 30, 80});
