@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 
+#include "../approx.hpp"
 #include "plica/airflow/airflow.hpp"
 #include "plica/airflow/load_patterns.hpp"
 #include "plica/core/error.hpp"
@@ -63,8 +64,8 @@ TEST_CASE("the larynx at rest lets the published volume flow through its prephon
   const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   const Airflow airflow(mesh, mesh.surface("airway"), thesis());
   const FlowState state = airflow.evaluate(airflow.areas(mesh.points), false);
-  CHECK(state.area[state.separation] == doctest::Approx(0.0549779e-4).epsilon(2e-6));  // printed to six digits
-  CHECK(state.flow == doctest::Approx(198.3e-6).epsilon(3e-4));                        // printed to four digits
+  CHECK(state.area[state.separation] == approx(0.0549779e-4).epsilon(2e-6));  // printed to six digits
+  CHECK(state.flow == approx(198.3e-6).epsilon(3e-4));                        // printed to four digits
   CHECK(!state.stopped);
 }
 
@@ -79,8 +80,8 @@ TEST_CASE("the larynx has one section at each level, one node on each side") {
     CHECK(airflow.sections().count() == levels_of_larynx);
     for (const auto* side : {&airflow.sections().right, &airflow.sections().left})
       for (const auto& point : *side) CHECK(point.nodes.size() == 1);
-    CHECK(airflow.sections().major.minCoeff() == doctest::Approx(larynx.shape.major).epsilon(1e-12));
-    CHECK(airflow.sections().major.maxCoeff() == doctest::Approx(larynx.shape.major).epsilon(1e-12));
+    CHECK(airflow.sections().major.minCoeff() == approx(larynx.shape.major).epsilon(1e-12));
+    CHECK(airflow.sections().major.maxCoeff() == approx(larynx.shape.major).epsilon(1e-12));
   }
 }
 
@@ -97,11 +98,11 @@ TEST_CASE("areas of half-ellipses and of cut sections differ by the polygon and 
   const double pi = std::acos(-1.0);
   CHECK(a.size() == 5);
   CHECK(b.size() == 7);
-  for (const double area : a) CHECK(area == doctest::Approx(pi * 0.7e-2 * 0.2e-2).epsilon(1e-13));
+  for (const double area : a) CHECK(area == approx(pi * 0.7e-2 * 0.2e-2).epsilon(1e-13));
   // 32 stations: sin(pi / 64) / (pi / 64) of an ellipse, to the chords' part of the sum.
   const double spacing = std::sin(pi / 64) / (pi / 64);
   for (const double area : b) {
-    CHECK(area == doctest::Approx(inscribed(64, 0.2e-2, 0.7e-2) * spacing).epsilon(1e-3));
+    CHECK(area == approx(inscribed(64, 0.2e-2, 0.7e-2) * spacing).epsilon(1e-3));
     CHECK(area < inscribed(64, 0.2e-2, 0.7e-2));
   }
 }
@@ -113,9 +114,9 @@ TEST_CASE("a straight slit has its whole area where it is cut, and pi / 4 of it 
   const Airflow elliptic(mesh, mesh.surface("airway"), options);
   options.area = CutSections{5};
   const Airflow cut(mesh, mesh.surface("airway"), options);
-  for (const double area : cut.areas(mesh.points)) CHECK(area == doctest::Approx(width * length).epsilon(1e-7));
+  for (const double area : cut.areas(mesh.points)) CHECK(area == approx(width * length).epsilon(1e-7));
   for (const double area : elliptic.areas(mesh.points))
-    CHECK(area == doctest::Approx(std::acos(-1.0) / 4 * width * length).epsilon(1e-12));
+    CHECK(area == approx(std::acos(-1.0) / 4 * width * length).epsilon(1e-12));
 }
 
 TEST_CASE(
@@ -135,7 +136,7 @@ TEST_CASE(
     const Vector areas = Vector::Constant(height.size(), 5e-5 * length),
                  lengths = Vector::Constant(height.size(), length);
     const double expected = viscous_slit_flow(ViscousSlit{}, airflow.air(0), {height, lengths}, areas).flow;
-    CHECK(airflow.evaluate(areas).flow == doctest::Approx(expected).epsilon(1e-9));
+    CHECK(airflow.evaluate(areas).flow == approx(expected).epsilon(1e-9));
     const Vector half = 0.5 * lengths;  // which is seen: friction goes with the cube of the mean gap
     CHECK(viscous_slit_flow(ViscousSlit{}, airflow.air(0), {height, half}, areas).flow > 1.1 * expected);
   }
@@ -171,7 +172,7 @@ TEST_CASE("the cut areas of the larynx at rest are those of its planes, whatever
   REQUIRE(areas.size() == 23);
   // Each side of the polygons of twelve has few stations.
   for (int i = 0; i < 23; ++i)
-    CHECK(areas[i] == doctest::Approx(cut_area(mesh.points, wall, airflow.sections().height[i])).epsilon(6e-3));
+    CHECK(areas[i] == approx(cut_area(mesh.points, wall, airflow.sections().height[i])).epsilon(6e-3));
   // Dense where the glottis is narrow: the smallest spacing is at the least area.
   std::ptrdiff_t least = -1, nearest = -1;
   areas.minCoeff(&least);
@@ -218,8 +219,8 @@ TEST_CASE("cut sections follow a motion, and what overlaps counts zero") {
   CHECK((tilted - 0.75 * open).cwiseAbs().maxCoeff() < 1e-6 * open[0]);
   // Overlap over one half of the length does not take from the other: width 1 mm - 2 mm * y / 7 mm.
   const Vector partly = closed_by([](double y) { return 2e-3 * y / 7e-3; });
-  const double expected = 3e-3 / 2 * 10.5e-3;                   // open from y = -7 mm (3 mm wide) to 3.5 mm
-  CHECK(partly[0] == doctest::Approx(expected).epsilon(2e-3));  // the last station's share
+  const double expected = 3e-3 / 2 * 10.5e-3;          // open from y = -7 mm (3 mm wide) to 3.5 mm
+  CHECK(partly[0] == approx(expected).epsilon(2e-3));  // the last station's share
   Points along = mesh.points;
   along.col(2).array() += 1e-3;
   CHECK((airflow.areas(along) - open).isZero(0));  // carried by the tissue
@@ -243,7 +244,7 @@ TEST_CASE("the flow through a unit area is the Bernoulli velocity") {
   const Airflow airflow(mesh, mesh.surface("airway"), options);
   Vector area(5);
   area << 4, 3, 2, 1, 5;
-  CHECK(airflow.evaluate(area, false).flow == doctest::Approx(37.463).epsilon(2e-5));  // printed to five digits
+  CHECK(airflow.evaluate(area, false).flow == approx(37.463).epsilon(2e-5));  // printed to five digits
 }
 
 TEST_CASE("pressure falls by the square of the area ratio and is zero from the separation on") {
@@ -254,7 +255,7 @@ TEST_CASE("pressure falls by the square of the area ratio and is zero from the s
   const FlowState state = airflow.evaluate(area, false);
   CHECK(state.separation == 2);  // the first of equal ones
   for (int i = 0; i < 5; ++i)
-    CHECK(state.pressure[i] == doctest::Approx(i < 2 ? 800 * (1 - 1 / (area[i] * area[i])) : 0.0));
+    CHECK(state.pressure[i] == approx(i < 2 ? 800 * (1 - 1 / (area[i] * area[i])) : 0.0));
 }
 
 TEST_CASE("a stopped or closed glottis holds the subglottal pressure up to the section of least area") {
@@ -326,7 +327,7 @@ TEST_CASE("nodes take the pressure of their reference height") {
     if (z == levels[1]) expected = 600;
     if (z == levels[2]) expected = 500;
     if (z == levels[3]) expected = 100;
-    CHECK(nodal[i] == doctest::Approx(expected).epsilon(1e-14));
+    CHECK(nodal[i] == approx(expected).epsilon(1e-14));
     seen.insert(expected);
   }
   CHECK(seen.size() == 6);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../approx.hpp"
 #include "plica/airflow/airflow.hpp"
 #include "plica/mesh/face.hpp"
 #include "plica/mesh/larynx.hpp"
@@ -72,5 +73,5 @@ TEST_CASE("the work of the load is pressure times the volume swept in each secti
   }
   const double work = force.dot(held), change = (energy(there) - energy(back)) / (2 * by);
   CHECK(std::abs(work) > 1e-3);
-  CHECK(work == doctest::Approx(change).epsilon(2e-3));  // the sum over facets: (1 / 24)^2 and hats' kinks
+  CHECK(work == approx(change).epsilon(2e-3));  // the sum over facets: (1 / 24)^2 and hats' kinks
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "../approx.hpp"
 #include "plica/airflow/sections.hpp"
 #include "plica/core/error.hpp"
 #include "tube.hpp"
@@ -42,7 +43,7 @@ TEST_CASE("nodes on the mid-coronal plane are the sections, one on each side") {
     CHECK(sections.right[i].nodes == std::vector<std::int32_t>{12 * i});
     CHECK(sections.left[i].nodes == std::vector<std::int32_t>{12 * i + 6});
     CHECK(sections.right[i].weights[0] == 1);
-    CHECK(sections.major[i] == doctest::Approx(0.7).epsilon(1e-15));  // 3 of 12 steps: the tip is a node
+    CHECK(sections.major[i] == approx(0.7).epsilon(1e-15));  // 3 of 12 steps: the tip is a node
   }
 }
 
@@ -54,12 +55,12 @@ TEST_CASE("where no node lies at y = 0 the sections are the exact cut of the tub
   const auto at_rest = edges(sections, mesh.points);
   const double inner = std::cos(std::acos(-1.0) / around);  // the edges next to y = 0 have this x for minor = 1
   for (int i = 0; i < sections.count(); ++i) {
-    CHECK(at_rest(i, 0) == doctest::Approx(inner * cone(sections.height[i])).epsilon(1e-14));
-    CHECK(at_rest(i, 1) == doctest::Approx(-inner * cone(sections.height[i])).epsilon(1e-14));
+    CHECK(at_rest(i, 0) == approx(inner * cone(sections.height[i])).epsilon(1e-14));
+    CHECK(at_rest(i, 1) == approx(-inner * cone(sections.height[i])).epsilon(1e-14));
     for (const auto* point : {&sections.right[i], &sections.left[i]}) {
       const Vector3 at = point->at(mesh.points);
       CHECK(std::abs(at[1]) < 1e-15);
-      CHECK(at[2] == doctest::Approx(sections.height[i]).epsilon(1e-14));
+      CHECK(at[2] == approx(sections.height[i]).epsilon(1e-14));
       CHECK(point->nodes.size() <= 4);
     }
   }
@@ -88,8 +89,8 @@ TEST_CASE("folds with different levels share the union of their heights") {
   const auto at_rest = edges(sections, points);
   for (int i = 0; i < 6; ++i) {
     CHECK(sections.height[i] == expected[i]);
-    CHECK(at_rest(i, 0) == doctest::Approx(cone(expected[i])).epsilon(1e-14));
-    CHECK(at_rest(i, 1) == doctest::Approx(-cone(expected[i])).epsilon(1e-6));  // one level is 1e-7 off
+    CHECK(at_rest(i, 0) == approx(cone(expected[i])).epsilon(1e-14));
+    CHECK(at_rest(i, 1) == approx(-cone(expected[i])).epsilon(1e-6));  // one level is 1e-7 off
   }
 }
 
@@ -102,11 +103,11 @@ TEST_CASE("graded sections have the heights of the surface's edges among them, s
     REQUIRE(sections.count() == count);
     CHECK((sections.height.tail(count - 1) - sections.height.head(count - 1)).minCoeff() > 0);
     for (const double z : {-0.7, 0.3, 0.9}) CHECK((sections.height.array() == z).count() == 1);
-    CHECK(sections.widths(mesh.points).minCoeff() == doctest::Approx(0.1).epsilon(1e-14));
+    CHECK(sections.widths(mesh.points).minCoeff() == approx(0.1).epsilon(1e-14));
   }
   const Sections few = graded_sections(mesh, mesh.surface("airway"), 2);  // the ends stay
-  CHECK(few.height[0] == doctest::Approx(-2).epsilon(1e-3));
-  CHECK(few.height[1] == doctest::Approx(2).epsilon(1e-3));
+  CHECK(few.height[0] == approx(-2).epsilon(1e-3));
+  CHECK(few.height[1] == approx(2).epsilon(1e-3));
 }
 
 TEST_CASE("sections follow the tissue as fixed combinations of nodes") {
@@ -174,9 +175,9 @@ TEST_CASE("the cut area is that of the polygon, also in a plane through nodes") 
   for (const double z : {-2.0, -1.7, -1.0, -0.25, 0.1, 0.5, 0.9, 1.0})  // both rims and inner rings among them
     // Between rings a panel's two triangles leave its ruled surface: a quarter of the difference of minor
     // half-axes times the difference of cosines along a step, here below 0.4 % of the area.
-    CHECK(cut_area(mesh.points, wall, z) == doctest::Approx(inscribed(12, cone(z), 0.7)).epsilon(0.004));
+    CHECK(cut_area(mesh.points, wall, z) == approx(inscribed(12, cone(z), 0.7)).epsilon(0.004));
   for (const double z : heights)
-    CHECK(cut_area(mesh.points, wall, z) == doctest::Approx(inscribed(12, cone(z), 0.7)).epsilon(1e-14));
+    CHECK(cut_area(mesh.points, wall, z) == approx(inscribed(12, cone(z), 0.7)).epsilon(1e-14));
   CHECK(cut_area(mesh.points, wall, 1.5) == 0);
   CHECK(cut_area(mesh.points, wall, -2.5) == 0);
 }
@@ -196,8 +197,7 @@ TEST_CASE("a plane near a ring of nodes cuts almost the area of the ring") {
   const Triangles wall = mesh.surface("airway");
   const double at = cut_area(mesh.points, wall, -0.25);
   for (const double off : {-1e-9, -1e-14, 1e-14, 1e-9})
-    CHECK(cut_area(mesh.points, wall, -0.25 + off) ==
-          doctest::Approx(at).epsilon(1e-8));  // its slope is below 1 / m
+    CHECK(cut_area(mesh.points, wall, -0.25 + off) == approx(at).epsilon(1e-8));  // its slope is below 1 / m
 }
 
 TEST_CASE("moving one half apart changes the cut area by the depth times the way, to negative at overlap") {
@@ -214,7 +214,7 @@ TEST_CASE("moving one half apart changes the cut area by the depth times the way
     Points x = points;
     x.bottomRows(count).col(0).array() += way;
     const double expected = inscribed(12, cone(0.5), 0.7) - 1.4 * way;
-    CHECK(cut_area(x, open, 0.5) == doctest::Approx(expected).epsilon(1e-13));
+    CHECK(cut_area(x, open, 0.5) == approx(expected).epsilon(1e-13));
     CHECK((expected < 0) == (way == 2.0));
   }
 }

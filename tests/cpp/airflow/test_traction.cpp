@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <random>
 
+#include "../approx.hpp"
 #include "plica/airflow/traction.hpp"
 #include "plica/mesh/block.hpp"
 
@@ -88,9 +89,9 @@ TEST_CASE("linear pressure on a triangle gives Eq. (17)") {
   p << 1, 5, 11;
   const FaceVectors load = pressure_load(x, p);
   CHECK(load.leftCols<2>().norm() == 0);
-  CHECK(load(0, 2) == doctest::Approx(-3.0 / 6 * (1 + 5 / 2.0 + 11 / 2.0)));
-  CHECK(load(1, 2) == doctest::Approx(-3.0 / 6 * (1 / 2.0 + 5 + 11 / 2.0)));
-  CHECK(load(2, 2) == doctest::Approx(-3.0 / 6 * (1 / 2.0 + 5 / 2.0 + 11)));
+  CHECK(load(0, 2) == approx(-3.0 / 6 * (1 + 5 / 2.0 + 11 / 2.0)));
+  CHECK(load(1, 2) == approx(-3.0 / 6 * (1 / 2.0 + 5 + 11 / 2.0)));
+  CHECK(load(2, 2) == approx(-3.0 / 6 * (1 / 2.0 + 5 / 2.0 + 11)));
 }
 
 TEST_CASE("constant pressure on a flat six-node face loads the mid-sides with a third each and the corners not") {
@@ -98,7 +99,7 @@ TEST_CASE("constant pressure on a flat six-node face loads the mid-sides with a 
   x << 0, 0, 0, 2, 0, 0, 0, 3, 0, 1, 0, 0, 1, 1.5, 0, 0, 1.5, 0;
   const FaceVectors load = pressure_load(x, FaceValues::Constant(6, 7));
   for (int c = 0; c < 3; ++c) CHECK(std::abs(load(c, 2)) < 1e-14);  // round-off of 21 N
-  for (int c = 3; c < 6; ++c) CHECK(load(c, 2) == doctest::Approx(-7.0));
+  for (int c = 3; c < 6; ++c) CHECK(load(c, 2) == approx(-7.0));
 }
 
 TEST_CASE("on a curved face the load is the integral of the isoparametric pressure") {

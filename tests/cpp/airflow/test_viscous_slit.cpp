@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "../approx.hpp"
 #include "plica/airflow/flow_model.hpp"
 
 using namespace plica;
@@ -48,10 +49,10 @@ TEST_CASE("without viscosity and with separation at the least area the flow is B
   const FlowState flow = slit.flow({1 + 1e-12, 0, 3e-4}, areas);
   CHECK(thesis.separation == 5);
   CHECK(flow.separation == 6);  // the interval in which the jet leaves the wall begins at the least section
-  CHECK(flow.flow == doctest::Approx(thesis.flow).epsilon(1e-11));
+  CHECK(flow.flow == approx(thesis.flow).epsilon(1e-11));
   for (int i = 0; i < 9; ++i) CHECK(std::abs(flow.pressure[i] - thesis.pressure[i]) < 1e-8);
   CHECK(flow.viscous_power == 0);
-  CHECK(thesis.jet_power == doctest::Approx(0.5 * air.density * std::pow(thesis.flow, 3) / 25e-12).epsilon(1e-12));
+  CHECK(thesis.jet_power == approx(0.5 * air.density * std::pow(thesis.flow, 3) / 25e-12).epsilon(1e-12));
 }
 
 TEST_CASE("a section just below the ratio is of the stream, one just above it of the jet") {
@@ -60,12 +61,10 @@ TEST_CASE("a section just below the ratio is of the stream, one just above it of
     const double ratio = 1.2, last = (ratio + beside) * 5e-6;
     const FlowState flow = slit.flow({ratio, 0, 3e-4}, 1e-6 * list({20, 5, 5.5, 1e6 * last}));
     const double exit = std::min(last, ratio * 5e-6);
-    CHECK(flow.flow ==
-          doctest::Approx(exit * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-12));
+    CHECK(flow.flow == approx(exit * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-12));
   }
   const FlowState detached = slit.flow({1.2, 0, 3e-4}, 1e-6 * list({20, 5, 6.06, 6.3}));
-  CHECK(detached.flow ==
-        doctest::Approx(6e-6 * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-12));
+  CHECK(detached.flow == approx(6e-6 * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-12));
   CHECK(detached.pressure[2] == 0);
   CHECK(detached.pressure[3] == 0);
 }
@@ -75,11 +74,11 @@ TEST_CASE("the jet leaves between sections where the area is the ratio times the
   const Vector areas = 1e-6 * list({90, 60, 40, 20, 9, 5, 5.5, 30, 80});
   const FlowState flow = slit.flow({1.2, 0, 3e-4}, areas);
   const double jet = 1.2 * 5e-6, head = air.subglottal_pressure * jet * jet;
-  CHECK(flow.flow == doctest::Approx(jet * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-13));
+  CHECK(flow.flow == approx(jet * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-13));
   CHECK(flow.separation == 7);
   for (int i = 0; i < 7; ++i)
-    CHECK(flow.pressure[i] == doctest::Approx(air.subglottal_pressure - head / (areas[i] * areas[i])));
-  CHECK(flow.pressure[5] == doctest::Approx(-0.44 * air.subglottal_pressure));  // suction in the throat
+    CHECK(flow.pressure[i] == approx(air.subglottal_pressure - head / (areas[i] * areas[i])));
+  CHECK(flow.pressure[5] == approx(-0.44 * air.subglottal_pressure));  // suction in the throat
   CHECK(flow.pressure.tail(2).isZero(0));
 }
 
@@ -88,7 +87,7 @@ TEST_CASE("where the glottis does not widen enough the jet leaves at the exit") 
   const Vector areas = 1e-6 * list({90, 40, 20, 10, 10.5, 11});
   const FlowState flow = slit.flow({1.2, 0, 3e-4}, areas);
   CHECK(flow.separation == 5);
-  CHECK(flow.flow == doctest::Approx(11e-6 * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-13));
+  CHECK(flow.flow == approx(11e-6 * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-13));
   CHECK(flow.pressure[5] == 0);
   CHECK(flow.pressure[3] < 0);
 }
@@ -97,10 +96,9 @@ TEST_CASE("a second narrower place past a hump takes up the jet again") {
   const Slit slit(8);
   const FlowState flow = slit.flow({1.2, 0, 3e-4}, 1e-6 * list({90, 10, 30, 30, 5, 30, 60, 90}));
   const double jet = 6e-6, head = air.subglottal_pressure * jet * jet;
-  CHECK(flow.flow == doctest::Approx(jet * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-13));
+  CHECK(flow.flow == approx(jet * std::sqrt(2 * air.subglottal_pressure / air.density)).epsilon(1e-13));
   // In the hump the stream keeps 1.2 times the first throat's area.
-  for (const int i : {2, 3})
-    CHECK(flow.pressure[i] == doctest::Approx(air.subglottal_pressure - head / (12e-6 * 12e-6)));
+  for (const int i : {2, 3}) CHECK(flow.pressure[i] == approx(air.subglottal_pressure - head / (12e-6 * 12e-6)));
   CHECK(flow.separation == 5);
 }
 
@@ -111,9 +109,9 @@ TEST_CASE("a long narrow uniform slit carries Poiseuille's flow") {
   const FlowState flow = slit.flow({1.2, mu, 1e-4}, Vector::Constant(11, gap * length), slow);
   const double poiseuille = slow.subglottal_pressure * length * gap * gap * gap / (12 * mu * 6e-3);
   CHECK(flow.flow < poiseuille);
-  CHECK(flow.flow == doctest::Approx(poiseuille).epsilon(1e-3));
+  CHECK(flow.flow == approx(poiseuille).epsilon(1e-3));
   CHECK(flow.viscous_power / flow.supplied_power > 0.999);
-  for (int i = 0; i < 11; ++i) CHECK(flow.pressure[i] == doctest::Approx(1 - i / 10.0).epsilon(2e-3));
+  for (int i = 0; i < 11; ++i) CHECK(flow.pressure[i] == approx(1 - i / 10.0).epsilon(2e-3));
 }
 
 TEST_CASE("the loss of a converging slit is the integral of 12 mu W^2 / a^3, for any number of sections") {
@@ -122,7 +120,7 @@ TEST_CASE("the loss of a converging slit is the integral of 12 mu W^2 / a^3, for
   const double exact = 12 * mu * length * length * 6e-3 * (from + to) / (2 * from * from * to * to);
   for (const int sections : {2, 5, 40}) {
     const FlowState flow = Slit(sections).flow({1.2, mu, 3e-4}, Vector::LinSpaced(sections, from, to));
-    CHECK(flow.viscous_power == doctest::Approx(exact * flow.flow * flow.flow).epsilon(1e-12));
+    CHECK(flow.viscous_power == approx(exact * flow.flow * flow.flow).epsilon(1e-12));
   }
 }
 
@@ -138,7 +136,7 @@ TEST_CASE("in a widening slit friction falls to zero where the jet leaves, for a
   const double exact = 12 * mu * length * length * integral * 6e-3 / (to - from);
   for (const int sections : {2, 5, 40, 401}) {
     const FlowState flow = Slit(sections).flow({r, mu, 3e-4}, Vector::LinSpaced(sections, from, to));
-    CHECK(flow.viscous_power == doctest::Approx(exact * flow.flow * flow.flow).epsilon(1e-8));
+    CHECK(flow.viscous_power == approx(exact * flow.flow * flow.flow).epsilon(1e-8));
   }
 }
 
@@ -147,8 +145,8 @@ TEST_CASE("the power supplied leaves with the jet or is lost to friction, and th
   const Slit slit(30);
   for (int trial = 0; trial < 300; ++trial) {
     const FlowState flow = slit.flow({}, random_areas(random, slit.height, trial % 3 / 2.0));
-    CHECK(flow.supplied_power == doctest::Approx(flow.jet_power + flow.viscous_power).epsilon(1e-12));
-    CHECK(flow.supplied_power == doctest::Approx(air.subglottal_pressure * flow.flow).epsilon(1e-14));
+    CHECK(flow.supplied_power == approx(flow.jet_power + flow.viscous_power).epsilon(1e-12));
+    CHECK(flow.supplied_power == approx(air.subglottal_pressure * flow.flow).epsilon(1e-14));
     CHECK(flow.pressure.maxCoeff() <= air.subglottal_pressure);
     CHECK(flow.pressure.minCoeff() >=
           -0.44 * air.subglottal_pressure * (1 + 1e-12));  // 1 - 1.2^2 of the jet's head

@@ -10,6 +10,7 @@
 #include <set>
 #include <string>
 
+#include "../approx.hpp"
 #include "plica/contact/airway.hpp"
 #include "plica/core/error.hpp"
 #include "plica/mesh/larynx.hpp"
@@ -128,7 +129,7 @@ TEST_CASE("the air between matched surfaces has the volume of the gap and no tet
   CHECK(airway.tets.rows() == 3 * gap.first.rows());
   const Vector volumes = signed_volumes(gap.points, airway.tets);
   CHECK(volumes.minCoeff() > 0);
-  CHECK(volumes.sum() == doctest::Approx(gap_volume(gap)).epsilon(1e-13));  // round-off of 150 terms
+  CHECK(volumes.sum() == approx(gap_volume(gap)).epsilon(1e-13));  // round-off of 150 terms
   CHECK(find_inverted(gap.points, airway.tets).empty());
 }
 
@@ -155,7 +156,7 @@ TEST_CASE("nodes common to both surfaces close the prisms without flat tetrahedr
   CHECK(airway.tets.rows() == 3 * gap.first.rows() - shared);
   const Vector volumes = signed_volumes(gap.points, airway.tets);
   CHECK(volumes.minCoeff() > 0);
-  CHECK(volumes.sum() == doctest::Approx(0.2).epsilon(1e-13));  // integral of 2 * 0.2 y over the unit square
+  CHECK(volumes.sum() == approx(0.2).epsilon(1e-13));  // integral of 2 * 0.2 y over the unit square
   check_conforms(gap, airway);
 }
 
@@ -226,7 +227,7 @@ TEST_CASE("the airway of the larynx is filled with air, for linear and quadratic
     const Vector volumes = signed_volumes(mesh.points, airway.tets);
     CHECK(volumes.minCoeff() > 0);
     CHECK(find_inverted(mesh.points, airway.tets).empty());
-    CHECK(volumes.sum() == doctest::Approx(gap_volume(gap)).epsilon(1e-12));  // round-off of some 1000 terms
+    CHECK(volumes.sum() == approx(gap_volume(gap)).epsilon(1e-12));  // round-off of some 1000 terms
   }
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "../approx.hpp"
 #include "plica/contact/collision.hpp"
 #include "plica/core/error.hpp"
 
@@ -247,7 +248,7 @@ TEST_CASE("rows of gap gradients without a solution give way to rows of normals 
       for (std::size_t k = 0; k < row.gap.size(); ++k) CHECK(row.gap[k].vector == row.push[k].vector);
       // Moved back from x_free to x along its linear gap, a row has its pair's exact gap there.
       CHECK(row.free + row.moving(x) - row.moving(x_free) ==
-            doctest::Approx(detector.pair(row.push[0].node, x).gap(x)).epsilon(1e-12).scale(1));
+            approx(detector.pair(row.push[0].node, x).gap(x)).epsilon(1e-12).scale(1));
     }
   }
   CHECK(fell_back == 1);
@@ -304,8 +305,8 @@ TEST_CASE(
     Points x;
     const Contacts contacts = solve(3, gives_up, x);
     CHECK_FALSE(contacts.converged);
-    CHECK(x.col(2).tail(4).cwiseAbs().maxCoeff() == doctest::Approx(contacts.gap_error).epsilon(1e-6));
-    CHECK(contacts.force.sum() == doctest::Approx(2.0).epsilon(1e-4));  // springs of 1 N/m, half a metre each
+    CHECK(x.col(2).tail(4).cwiseAbs().maxCoeff() == approx(contacts.gap_error).epsilon(1e-6));
+    CHECK(contacts.force.sum() == approx(2.0).epsilon(1e-4));  // springs of 1 N/m, half a metre each
     CHECK((gives_up ? contacts.passes < 5 : contacts.passes < Collision::Options{}.max_passes / 2));
     CHECK_THROWS_WITH_AS(solve(30, gives_up, x),
                          doctest::Contains(gives_up ? "no consistent set of closed" : "gap error"), SolveFailed);
@@ -357,7 +358,7 @@ TEST_CASE("a search that does not settle where it goes on begins anew without co
   CHECK(second.passes == 1 + 10 + 1);
   CHECK(second.converged);
   CHECK(x.col(2).tail(4).cwiseAbs().maxCoeff() < 1e-5);
-  CHECK(second.force.sum() == doctest::Approx(1.6));
+  CHECK(second.force.sum() == approx(1.6));
 }
 
 TEST_CASE("passes that swing between two shapes are linearised between them") {
@@ -373,5 +374,5 @@ TEST_CASE("passes that swing between two shapes are linearised between them") {
   CHECK(contacts.passes > 6);
   CHECK(contacts.passes < 12);
   CHECK(std::abs(x(4, 2)) < 1e-9);
-  CHECK(contacts.force.sum() == doctest::Approx(0.3));
+  CHECK(contacts.force.sum() == approx(0.3));
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "../approx.hpp"
 #include "plica/contact/mortar.hpp"
 #include "plica/core/error.hpp"
 #include "plica/mesh/face.hpp"
@@ -119,7 +120,7 @@ TEST_CASE("both sides of a mean are pushed alike, and turn nothing where the sur
         size += std::abs(weight);
       }
       CHECK(std::abs(sum) < 1e-14 * size);
-      CHECK(of_slave == doctest::Approx(1).epsilon(1e-14));
+      CHECK(of_slave == approx(1).epsilon(1e-14));
       // Bilinear flat triangles of two meshes are apart by their sagitta; six-node faces contain the bowl.
       CHECK(moment.norm() < (nodes == 6 ? 1e-12 : 0.02));
       CHECK(std::abs(mean.gap(sheets.points)) < (nodes == 6 ? 1e-12 : 0.02));
@@ -139,10 +140,10 @@ TEST_CASE("means of a constant pressure are the consistent load of both surfaces
         for (const auto& [node, weight] : mean.weights) load[node] += mean.area * weight;
       const Vector exact = shares(sheets.upper, sheets.points) - shares(sheets.lower, sheets.points);
       CHECK((load - exact).cwiseAbs().maxCoeff() < 1e-3 * exact.cwiseAbs().maxCoeff());  // of the rule of shares()
-      CHECK(load.cwiseAbs().sum() == doctest::Approx(2).epsilon(1e-12));
+      CHECK(load.cwiseAbs().sum() == approx(2).epsilon(1e-12));
       if (nodes == 6) {
         const std::int32_t middle = 3 * 7 + 2;  // a mid-side inside the upper sheet
-        CHECK(load[middle] == doctest::Approx(2.0 / 3 / 18).epsilon(1e-12));
+        CHECK(load[middle] == approx(2.0 / 3 / 18).epsilon(1e-12));
         CHECK(std::abs(load[2 * 7 + 2]) < 1e-15);  // a corner inside
       }
     }
@@ -156,7 +157,7 @@ TEST_CASE("on curved faces the slave's side is the consistent load, and the sum 
     for (const auto& [node, weight] : mean.weights) load[node] += mean.area * weight;
   const Vector upper = shares(sheets.upper, sheets.points), lower = shares(sheets.lower, sheets.points);
   // The rim is seen along normals that are not those of the surface: some points beyond it are lost.
-  CHECK(load.cwiseMax(0).sum() == doctest::Approx(upper.sum()).epsilon(2e-3));
+  CHECK(load.cwiseMax(0).sum() == approx(upper.sum()).epsilon(2e-3));
   CHECK((load - upper + lower).cwiseAbs().maxCoeff() < 0.02 * upper.maxCoeff());
 }
 
@@ -171,7 +172,7 @@ TEST_CASE("a gap that is linear over a face is met exactly: its mean, weighted b
     ++inner;
     const double slope = 0.02, to_normal = std::cos(std::atan(slope)), half = std::cos(0.5 * std::atan(slope));
     // The foot is the closest point, the distance the height times to_normal, the normal half way between both.
-    CHECK(mean.gap(sheets.points) == doctest::Approx((0.1 + slope * at[0]) * to_normal * half).epsilon(1e-10));
+    CHECK(mean.gap(sheets.points) == approx((0.1 + slope * at[0]) * to_normal * half).epsilon(1e-10));
   }
   CHECK(inner == 9);
 }
@@ -188,11 +189,11 @@ TEST_CASE("what has nothing opposite does not count, and what lies beyond the re
   for (const Constraint& mean : constraints(sheets, detector)) {
     area += mean.area;
     const Vector3 at = sheets.points.row(mean.slave);
-    if (at[0] > 0 && at[1] > 0) CHECK(mean.support == doctest::Approx(16 * mean.area).epsilon(1e-12));
-    CHECK(mean.gap(sheets.points) == doctest::Approx(-0.01).epsilon(1e-12));
+    if (at[0] > 0 && at[1] > 0) CHECK(mean.support == approx(16 * mean.area).epsilon(1e-12));
+    CHECK(mean.gap(sheets.points) == approx(-0.01).epsilon(1e-12));
     CHECK(mortar->at(mean.key, sheets.points, 0.005).key == -1);
   }
-  CHECK(area == doctest::Approx(0.25).epsilon(1e-12));
+  CHECK(area == approx(0.25).epsilon(1e-12));
   CHECK(mortar->at(8 * 9 + 8, sheets.points, far).key == -1);
 }
 
@@ -239,18 +240,18 @@ TEST_CASE("pressure is linear between corners, the force of a mean over its area
   for (std::ptrdiff_t i = 0; i < sheets.points.rows(); ++i) {
     // The lower sheet's corners feel a little of a pressure that is not constant, or nothing at all.
     if (nodal.segment<3>(3 * i).isZero(0) && pressure[i] == 0) continue;
-    CHECK(pressure[i] == doctest::Approx(pressure_at(sheets.points.row(i))).epsilon(1e-12));
+    CHECK(pressure[i] == approx(pressure_at(sheets.points.row(i))).epsilon(1e-12));
   }
   CHECK((pressure.array() > 0).count() >= 49 + 16);
   double area = 0;
   for (const PressedNode& node : mortar->pressed(detector.first(), {nodal, keys, force}, sheets.points)) {
     area += node.area;
-    CHECK(node.pressure == doctest::Approx(pressure[node.node]).epsilon(1e-14));
+    CHECK(node.pressure == approx(pressure[node.node]).epsilon(1e-14));
     const double y = sheets.points(node.node, 1);  // to the mid-sides, half of a third away
-    CHECK(node.stretch.first == doctest::Approx(std::max(0.0, y - 1.0 / 6)).epsilon(1e-12));
-    CHECK(node.stretch.second == doctest::Approx(std::min(1.0, y + 1.0 / 6)).epsilon(1e-12));
+    CHECK(node.stretch.first == approx(std::max(0.0, y - 1.0 / 6)).epsilon(1e-12));
+    CHECK(node.stretch.second == approx(std::min(1.0, y + 1.0 / 6)).epsilon(1e-12));
   }
-  CHECK(area == doctest::Approx(1).epsilon(1e-12));
+  CHECK(area == approx(1).epsilon(1e-12));
 }
 
 TEST_CASE("faces that are not the airway's are refused") {

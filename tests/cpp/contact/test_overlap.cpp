@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "../approx.hpp"
 #include "plica/contact/overlap.hpp"
 
 using namespace plica;
@@ -28,8 +29,7 @@ TEST_CASE("points over a whole triangle integrate polynomials of degree four exa
     for (int n = 0; m + n <= 4; ++n) {
       double sum = 0;
       for (const auto& [place, weight] : points) sum += weight * std::pow(place[0], m) * std::pow(place[1], n);
-      CHECK(sum ==
-            doctest::Approx(std::tgamma(m + 1) * std::tgamma(n + 1) / std::tgamma(m + n + 3)).epsilon(1e-13));
+      CHECK(sum == approx(std::tgamma(m + 1) * std::tgamma(n + 1) / std::tgamma(m + n + 3)).epsilon(1e-13));
     }
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("points lie in both triangles, and their weights are the shared area")
         const Place in_other = sides.inverse() * (Place((i + 1.0 / 3) / n, (j + 1.0 / 3) / n) - other[0]);
         inside += in_other.minCoeff() > 0 && in_other.sum() < 1;
       }
-    CHECK(area(points) == doctest::Approx(inside * 1.0 / (n * n)).epsilon(0.02).scale(0.1));
+    CHECK(area(points) == approx(inside * 1.0 / (n * n)).epsilon(0.02).scale(0.1));
     shared += area(points) > 0.01;
   }
   CHECK(shared > 50);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../approx.hpp"
 #include "plica/contact/pairs.hpp"
 #include "plica/mesh/block.hpp"
 
@@ -57,13 +58,12 @@ TEST_CASE("blocks apart have no candidates; overlapping ones have the gap of the
     CHECK(nodes == side->nodes());
     for (const auto node : nodes) {
       const Pair pair = detector.pair(node, x);
-      CHECK(pair.gap(x) == doctest::Approx(-0.03).epsilon(1e-12));
+      CHECK(pair.gap(x) == approx(-0.03).epsilon(1e-12));
       CHECK(pair.penetrates(x, reach));
-      CHECK(pair.weights.sum() == doctest::Approx(1).epsilon(1e-14));
+      CHECK(pair.weights.sum() == approx(1).epsilon(1e-14));
     }
   }
-  CHECK(detector.overlap_volume(x, reach) ==
-        doctest::Approx(2.0 / 3 * 0.03).epsilon(1e-12));  // two of three tetrahedra
+  CHECK(detector.overlap_volume(x, reach) == approx(2.0 / 3 * 0.03).epsilon(1e-12));  // two of three tetrahedra
 }
 
 TEST_CASE("blocks that slid past each other meet the plane and not their old partners") {
@@ -78,7 +78,7 @@ TEST_CASE("blocks that slid past each other meet the plane and not their old par
     CHECK(pair.penetrates(x, reach) == over);
     if (!over) continue;
     ++inside;
-    CHECK(pair.gap(x) == doctest::Approx(-0.02).epsilon(1e-12));
+    CHECK(pair.gap(x) == approx(-0.02).epsilon(1e-12));
     CHECK((pair.normal - Vector3::UnitX()).norm() < 1e-14);  // from the master (first) towards the slave
     const Vector3 foot = x.row(node).transpose() - pair.offset(x);
     CHECK((foot - Vector3(0, x(node, 1), x(node, 2))).norm() < 1e-13);
@@ -102,12 +102,12 @@ TEST_CASE("blocks that tilt towards each other alike have not slid, one that is 
                              [&](auto a, auto b) { return x(a, 2) < x(b, 2); });
   };
   for (const ContactSurface* side : {&detector.first(), &detector.second()})
-    CHECK(detector.slide(low(*side), x) == doctest::Approx(0).epsilon(1e-12));
+    CHECK(detector.slide(low(*side), x) == approx(0).epsilon(1e-12));
   const double along = 0.05;
   x.topRows(blocks.first_nodes).col(1).array() += along;
   detector.update(x);
   for (const ContactSurface* side : {&detector.first(), &detector.second()})
-    CHECK(detector.slide(low(*side), x) == doctest::Approx(along).epsilon(1e-12));
+    CHECK(detector.slide(low(*side), x) == approx(along).epsilon(1e-12));
 }
 
 TEST_CASE("surfaces of other sizes take the nodes of the finer one as slaves") {
@@ -128,14 +128,14 @@ TEST_CASE("surfaces of other sizes take the nodes of the finer one as slaves") {
   for (int k = 0; k < 9; ++k) tets.row(k) << 0, 1, 3, 4 + k;
   const Detector two(Airway{first, second, tets}, x);
   CHECK(&two.slave_side() == &two.second());
-  CHECK(two.mean_edge() == doctest::Approx(0.75 * (2 + std::sqrt(2.0)) / 3).epsilon(1e-13));
+  CHECK(two.mean_edge() == approx(0.75 * (2 + std::sqrt(2.0)) / 3).epsilon(1e-13));
 
   Detector detector(Airway{first, second, tets}, x);
   x.bottomRows(9).col(0).array() = -0.01;
   detector.update(x);
   const auto nodes = detector.candidates(detector.slave_side());
   CHECK(nodes.size() == 9);
-  for (const auto node : nodes) CHECK(detector.pair(node, x).gap(x) == doctest::Approx(-0.01).epsilon(1e-12));
+  for (const auto node : nodes) CHECK(detector.pair(node, x).gap(x) == approx(-0.01).epsilon(1e-12));
 }
 
 TEST_CASE("a matched pair seen from both sides is the same constraint") {
@@ -161,7 +161,7 @@ TEST_CASE("a matched pair seen from both sides is the same constraint") {
   a.constraint().row(a.normal, 0.0).add_force(2.5, of_a);
   b.constraint().row(b.normal, 0.0).add_force(2.5, of_b);
   CHECK((of_a - of_b).norm() < 1e-14);
-  CHECK(a.gap(x) == doctest::Approx(b.gap(x)).epsilon(1e-14));
+  CHECK(a.gap(x) == approx(b.gap(x)).epsilon(1e-14));
 }
 
 // A foot off a corner by so much of an edge has weights, and with them a normal, off by so much: nothing to snap.
@@ -230,7 +230,7 @@ TEST_CASE("each tetrahedron of the volume penalty pushes with kappa V / 4") {
     ++pushing;
     CHECK(pair.key == t);
     const double force = -pair.stiffness * pair.gap(x);
-    CHECK(force == doctest::Approx(kappa * -volumes[t] / 4).epsilon(1e-12));
+    CHECK(force == approx(kappa * -volumes[t] / 4).epsilon(1e-12));
     const Constraint constraint = pair.constraint();  // a spring with this force, not an exact constraint
     CHECK(constraint.stiffness == pair.stiffness);
     CHECK(std::abs(constraint.residual(force, x)) < 1e-12 * -pair.gap(x));
@@ -265,7 +265,7 @@ TEST_CASE("no depth is confirmed beyond the reach of the motion") {
   CHECK(pair.penetrates(x, 0.031));
   CHECK_FALSE(pair.penetrates(x, 0.029));
   CHECK(detector.overlap_volume(x, 0.029) == 0);
-  CHECK(detector.reach(blocks.mesh.points, x, 0.01) == doctest::Approx(0.27).epsilon(1e-12));
+  CHECK(detector.reach(blocks.mesh.points, x, 0.01) == approx(0.27).epsilon(1e-12));
 }
 
 namespace {
@@ -306,13 +306,13 @@ TEST_CASE(
     CHECK((pair.offset(edges.x) + off * edges.upper_normal).norm() < 1e-14);
     // The mean normal points along x; the force turns with it up to 60 degrees from the face's normal.
     const double cosine = std::max(edges.upper_normal[0], 0.5);
-    CHECK(pair.normal.norm() == doctest::Approx(1).epsilon(1e-12));
-    CHECK(pair.normal.dot(edges.upper_normal) == doctest::Approx(cosine).epsilon(0.05));
-    CHECK(pair.gradient.dot(pair.normal) == doctest::Approx(1).epsilon(1e-12));
+    CHECK(pair.normal.norm() == approx(1).epsilon(1e-12));
+    CHECK(pair.normal.dot(edges.upper_normal) == approx(cosine).epsilon(0.05));
+    CHECK(pair.gradient.dot(pair.normal) == approx(1).epsilon(1e-12));
     CHECK(pair.gradient.cross(edges.upper_normal).norm() < 1e-12 * pair.gradient.norm());
     CHECK(pair.penetrates(edges.x, reach));
     // The reach bounds the way to the surface; the gap is that way along the normal and longer.
-    CHECK(-pair.gap(edges.x) == doctest::Approx(off / cosine).epsilon(0.05));
+    CHECK(-pair.gap(edges.x) == approx(off / cosine).epsilon(0.05));
     CHECK(pair.penetrates(edges.x, 1.01 * off));
     CHECK_FALSE(pair.penetrates(edges.x, 0.99 * off));
 
@@ -345,7 +345,7 @@ TEST_CASE("edges that cross are found where no node has") {
   const auto crossings = detector.edge_crossings(x, reach);
   REQUIRE(crossings.size() == 1);
   CHECK((crossings[0].place - Vector3(-0.01, 0, 0)).norm() < 1e-14);
-  CHECK(crossings[0].volume == doctest::Approx(2 * 2 * 0.02 / 6).epsilon(1e-12));
+  CHECK(crossings[0].volume == approx(2 * 2 * 0.02 / 6).epsilon(1e-12));
   CHECK(detector.volume_pair(0, x, 1.0).key == -1);
   for (const auto node : detector.candidates(detector.second()))
     CHECK_FALSE(detector.pair(node, x).penetrates(x, reach));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "../approx.hpp"
 #include "plica/contact/surface.hpp"
 #include "plica/core/error.hpp"
 #include "plica/mesh/block.hpp"
@@ -66,7 +67,7 @@ TEST_CASE("the closest point of a triangle is the one that sampling finds") {
     if ((b - a).cross(c - a).norm() < 0.05) continue;
     const Vector3 w = closest_weights(p, a, b, c);
     CHECK(w.minCoeff() >= 0);
-    CHECK(w.sum() == doctest::Approx(1).epsilon(1e-12));
+    CHECK(w.sum() == approx(1).epsilon(1e-12));
     const double distance = (p - w[0] * a - w[1] * b - w[2] * c).norm();
     CHECK(distance <= sampled_distance(p, a, b, c) + 1e-12);  // no sample is closer
   }
@@ -93,7 +94,7 @@ TEST_CASE(
         const Vector3 a = x.row(t[0]), b = x.row(t[1]), c = x.row(t[2]), w = closest_weights(p, a, b, c);
         best = std::min(best, (p - w[0] * a - w[1] * b - w[2] * c).squaredNorm());
       }
-      CHECK(surface.closest(x, p).squared_distance == doctest::Approx(best).epsilon(1e-12));
+      CHECK(surface.closest(x, p).squared_distance == approx(best).epsilon(1e-12));
     }
   };
   const Sheet sheet = bumpy_sheet(12);
@@ -115,7 +116,7 @@ TEST_CASE("tributary areas add up to the surface and normals are the plane's") {
     area += surface.tributary_area(node);
     CHECK((surface.normal(node) - Vector3(-0.5, 0, 1).normalized()).norm() < 1e-14);
   }
-  CHECK(area == doctest::Approx(std::sqrt(1.25)).epsilon(1e-13));
+  CHECK(area == approx(std::sqrt(1.25)).epsilon(1e-13));
 }
 
 TEST_CASE(

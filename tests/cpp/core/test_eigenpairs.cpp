@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "../approx.hpp"
 #include "plica/core/eigenpairs.hpp"
 
 using namespace plica;
@@ -16,8 +17,7 @@ TEST_CASE("eigenpairs diagonalise the matrix whose lower triangle is given, in a
   A.triangularView<Eigen::StrictlyUpper>().setConstant(7.0);  // not read
 
   const auto [values, vectors] = symmetric_eigenpairs(A);
-  for (int k = 1; k <= n; ++k)
-    CHECK(values[k - 1] == doctest::Approx(2 - 2 * std::cos(k * pi / (n + 1))).epsilon(1e-13));
+  for (int k = 1; k <= n; ++k) CHECK(values[k - 1] == approx(2 - 2 * std::cos(k * pi / (n + 1))).epsilon(1e-13));
   CHECK((vectors.transpose() * vectors - Eigen::MatrixXd::Identity(n, n)).norm() < 1e-13);
   const Eigen::MatrixXd whole = A.selfadjointView<Eigen::Lower>();
   CHECK((whole * vectors - vectors * values.asDiagonal()).norm() < 1e-13);

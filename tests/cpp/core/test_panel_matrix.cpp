@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "../approx.hpp"
 #include "plica/core/panel_matrix.hpp"
 
 using namespace plica;
@@ -25,7 +26,7 @@ TEST_CASE("a panel matrix has the products of its matrix, whatever its size") {
       CHECK((panels * both - products).norm() <= 1e-14 * (A.cwiseAbs() * both.cwiseAbs()).norm());
       for (std::ptrdiff_t i = 0; i < rows; ++i) {
         const Vector row = A.row(i);
-        CHECK(inner_product(row, x) == doctest::Approx(expected[i]).epsilon(1e-13));
+        CHECK(inner_product(row, x) == approx(expected[i]).epsilon(1e-13));
       }
     }
 }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <string>
 
+#include "../approx.hpp"
 #include "scenes.hpp"
 
 using namespace plica;
@@ -163,9 +164,9 @@ TEST_CASE("penalties and quadratic elements miss the uniform stress between mesh
     CAPTURE(expected.order);
     CAPTURE(expected.stress);
     const PatchErrors found = errors(expected.order, 2, 3, expected.enforcement);
-    CHECK(found.stress == doctest::Approx(expected.stress).epsilon(0.02));
-    CHECK(found.displacement == doctest::Approx(expected.displacement).epsilon(0.02));
-    CHECK(found.force == doctest::Approx(expected.force).epsilon(0.02));
+    CHECK(found.stress == approx(expected.stress).epsilon(0.02));
+    CHECK(found.displacement == approx(expected.displacement).epsilon(0.02));
+    CHECK(found.force == approx(expected.force).epsilon(0.02));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <random>
 
+#include "../approx.hpp"
 #include "convex_bodies.hpp"
 #include "oracle.hpp"
 #include "plica/core/error.hpp"
@@ -387,7 +388,7 @@ TEST_CASE("a node is as deep in the other's tissue as it was pushed, of linear a
         if (body[i] == body[0]) x.row(i) += Eigen::RowVector3d(push, 0.013, 0.017);
       detector.update(x);
       CHECK(TissueOverlap(mesh.cells, detector, mesh.points).depth(x, detector) ==
-            doctest::Approx(std::max(0.0, push)).epsilon(1e-12));
+            approx(std::max(0.0, push)).epsilon(1e-12));
     }
 }
 
@@ -411,7 +412,7 @@ TEST_CASE("a larynx at rest overlaps nowhere, and a fold that is pushed through 
     if (push < 0.25e-3)
       CHECK(depth == 0);
     else
-      CHECK(depth == doctest::Approx(2 * (push - 0.25e-3)).epsilon(0.2));
+      CHECK(depth == approx(2 * (push - 0.25e-3)).epsilon(0.2));
   }
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "plica/dynamics/ledger.hpp"
 #include "scenes.hpp"
@@ -86,12 +87,12 @@ TEST_CASE("the work of the air on a wall that moves or swells is its pressure ti
       swelling.col(1) *= 0.02;
       swelling.col(2) *= -0.005;
       const double volume = 0.02 * 0.01 * 0.01;
-      CHECK(done(swelling, bubble.unit) == doctest::Approx(-mean * volume * 0.025).epsilon(1e-12));
+      CHECK(done(swelling, bubble.unit) == approx(-mean * volume * 0.025).epsilon(1e-12));
       // It moves as a whole: nothing; its face alone, under pressure there: an area times a way.
       const Points moving = Points::Constant(X.rows(), 3, 1e-3);
       CHECK(std::abs(done(moving, bubble.unit)) < 1e-14 * mean * volume);
       const Vector face = bubble.assembler.traction(bubble.scene.mesh.surface("x_max"), -Vector3::UnitX());
-      CHECK(done(-moving, face) == doctest::Approx(mean * 1e-4 * 1e-3).epsilon(1e-12));
+      CHECK(done(-moving, face) == approx(mean * 1e-4 * 1e-3).epsilon(1e-12));
     }
 }
 
@@ -111,8 +112,8 @@ TEST_CASE("energy that the air is supplied with and loses is exact where its pow
       if (k > 0) now.ledger = continued_ledger(bubble.motion, before, now);
     }
     const double exact = a * steps * h + b * steps * h * steps * h / 2;
-    CHECK(now.ledger.air_supplied_energy == doctest::Approx(exact).epsilon(1e-12));
-    CHECK(now.ledger.air_viscous_energy == doctest::Approx(share * exact).epsilon(1e-12));
+    CHECK(now.ledger.air_supplied_energy == approx(exact).epsilon(1e-12));
+    CHECK(now.ledger.air_viscous_energy == approx(share * exact).epsilon(1e-12));
     CHECK(now.ledger.flow_work == 0.0);  // nothing has moved
   }
 }
@@ -154,9 +155,9 @@ TEST_CASE(
       REQUIRE(std::abs(fallen) > 1e-3 * largest);
       CHECK(std::abs(ledger.flow_work - done) < 1e-12 * largest);
       CHECK(std::abs(ledger.load_work - ledger.flow_work - fallen) < 1e-12 * (largest + std::abs(fallen)));
-      CHECK(ledger.air_supplied_energy == doctest::Approx(energy).epsilon(1e-12));
+      CHECK(ledger.air_supplied_energy == approx(energy).epsilon(1e-12));
       CHECK(ledger.air_supplied_energy > 0);
-      CHECK(ledger.air_viscous_energy == doctest::Approx(loss).epsilon(1e-12));
+      CHECK(ledger.air_viscous_energy == approx(loss).epsilon(1e-12));
       CHECK((ledger.air_viscous_energy > 0) == slit);
       CHECK(ledger.air_viscous_energy < ledger.air_supplied_energy);
     }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "../approx.hpp"
 #include "scenes.hpp"
 
 using namespace plica;
@@ -124,7 +125,7 @@ TEST_CASE(
           double pressing = 0;
           for (const auto node : detector.second().nodes())
             pressing += simulation.contact_pressure()[node] * detector.second().tributary_area(node);
-          CHECK(pressing == doctest::Approx(simulation.record().contact->force_second[0]).epsilon(1e-3));
+          CHECK(pressing == approx(simulation.record().contact->force_second[0]).epsilon(1e-3));
         }
         if (simulation.time() < end / 2) halfway = gone(simulation);
       }
@@ -133,13 +134,14 @@ TEST_CASE(
         CHECK(halfway < 0.02 * free);
         CHECK(std::abs(gone(simulation) - halfway) < 1e-5 * free);
       } else {
-        CHECK(gone(simulation) == doctest::Approx((std::sin(slope) - mu * std::cos(slope)) * free).epsilon(0.01));
+        // It jumps and slips a little at first.
+        CHECK(std::abs(gone(simulation) - (std::sin(slope) - mu * std::cos(slope)) * free) < 2e-3 * free);
         if (!mortar) {  // by partner, which is a corner of the plate's triangles: the slide is the block's
           const double edge = simulation.collision()->detector().mean_edge();
-          CHECK(simulation.record().contact->slide * edge == doctest::Approx(gone(simulation)).epsilon(0.01));
+          CHECK(simulation.record().contact->slide * edge == approx(gone(simulation)).epsilon(0.01));
         }
         const double pressing = 1000 * side * side * side * 9.81 * std::cos(slope);
-        CHECK(loss == doctest::Approx(mu * pressing * gone(simulation)).epsilon(0.02));
+        CHECK(loss == approx(mu * pressing * gone(simulation)).epsilon(0.02));
       }
     }
   }
@@ -154,7 +156,7 @@ TEST_CASE("without friction the block slides freely, and the force on the plate 
     // The weight shears the block by some rho g L / E = 1e-4, and its normals turn by less.
     CHECK(std::abs(force[1]) <= 1e-4 * 9.81e-3);
   }
-  CHECK(gone(simulation) == doctest::Approx(9.81 * std::sin(slope) * end * end / 2).epsilon(1e-3));
+  CHECK(gone(simulation) == approx(9.81 * std::sin(slope) * end * end / 2).epsilon(1e-3));
 }
 
 // Rigid: friction mu m g brakes the disc and spins it up until R spin = v, at v0 / (1 + I / m R^2) (2/3 v0 where I
@@ -165,15 +167,15 @@ TEST_CASE("a disc that slides without spin ends rolling: 2/3 of the speed is lef
   Simulation simulation(sliding_disc(mu, v0), options(HilberHughesTaylor{}, h, 1e-12));
   const Rolling start = rolling(simulation);
   const double k = start.inertia / (start.mass * side * side), end = v0 / (mu * 9.81 * (1 + 1 / k));
-  CHECK(k == doctest::Approx(0.5).epsilon(0.03));  // of a polygon
-  CHECK(rolling(simulation).spin == doctest::Approx(0.0));
+  CHECK(k == approx(0.5).epsilon(0.03));              // of a polygon
+  CHECK(std::abs(rolling(simulation).spin) < 1e-12);  // 1/s
   double stuck_from = 0, slip_impulse = 0, slip_friction = 0;
   while (simulation.time() < 2 * end) {
     simulation.advance();
     const Vector3 force = simulation.record().contact->force_second;
     const Rolling now = rolling(simulation);
     // All that turns the disc is the friction at its rim, which takes as much momentum as it gives.
-    CHECK(now.inertia * now.spin == doctest::Approx(now.mass * side * (v0 - now.velocity)).epsilon(1e-3));
+    CHECK(now.inertia * now.spin == approx(now.mass * side * (v0 - now.velocity)).epsilon(1e-3));
     if (-force[1] > 0.9 * mu * force[0] && stuck_from == 0) {
       slip_impulse += h * force[0];
       slip_friction -= h * force[1];
@@ -182,12 +184,11 @@ TEST_CASE("a disc that slides without spin ends rolling: 2/3 of the speed is lef
     }
   }
   const Rolling found = rolling(simulation);
-  CHECK(slip_friction == doctest::Approx(mu * slip_impulse).epsilon(2e-3));
-  CHECK(stuck_from ==
-        doctest::Approx(end).epsilon(0.02));  // the weight sets in at once: the disc bounces a little
-  CHECK(found.velocity == doctest::Approx(v0 / (1 + k)).epsilon(1e-3));
-  CHECK(found.spin * side == doctest::Approx(found.velocity).epsilon(1e-3));
+  CHECK(slip_friction == approx(mu * slip_impulse).epsilon(2e-3));
+  CHECK(stuck_from == approx(end).epsilon(0.02));  // the weight sets in at once: the disc bounces a little
+  CHECK(found.velocity == approx(v0 / (1 + k)).epsilon(1e-3));
+  CHECK(found.spin * side == approx(found.velocity).epsilon(1e-3));
   const double lost = -simulation.state().ledger.contact_work / (0.5 * found.mass * v0 * v0);
-  CHECK(lost == doctest::Approx(k / (1 + k)).epsilon(0.01));
+  CHECK(lost == approx(k / (1 + k)).epsilon(0.01));
   CHECK(std::abs(simulation.state().ledger.error()) < 1e-9 * simulation.state().ledger.initial);
 }

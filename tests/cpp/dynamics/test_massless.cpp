@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "scenes.hpp"
 
@@ -46,7 +47,7 @@ TEST_CASE("without mass on the surface the trapezoidal rule bounces a bar withou
   CHECK(kept.energy_end > 2);  // chaotic; 35
   CHECK(kept.force > 4);
   // The strained first row, 1/n of all the energy, has a free end: it springs back in the first step.
-  CHECK(moved.energy_first == doctest::Approx(1 - 1.0 / n).epsilon(2e-3));
+  CHECK(moved.energy_first == approx(1 - 1.0 / n).epsilon(2e-3));
   // A step that opens a gap gains what p g is at its ends, one that closes it loses as much: 6e-4 of the energy
   // here.
   CHECK(moved.energy_most < (1 + 1e-3) * moved.energy_first);

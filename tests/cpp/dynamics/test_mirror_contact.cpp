@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "reduced_scenes.hpp"
 
@@ -34,9 +35,9 @@ TEST_CASE("a symmetric basis of all displacements gives the motion of the whole 
         CHECK((a.contact->rows > 0) == (b.contact->rows > 0));
         CHECK((a.contact->force_first - b.contact->force_first).norm() <
               50 * close * b.contact->force_first.norm() + 1e-12);
-        CHECK(a.contact->area == doctest::Approx(b.contact->area).epsilon(1e-6));
-        CHECK(a.contact->length == doctest::Approx(b.contact->length).epsilon(1e-6));
-        CHECK(a.contact->peak_pressure == doctest::Approx(b.contact->peak_pressure).epsilon(1e-4));
+        CHECK(a.contact->area == approx(b.contact->area).epsilon(1e-6));
+        CHECK(a.contact->length == approx(b.contact->length).epsilon(1e-6));
+        CHECK(a.contact->peak_pressure == approx(b.contact->peak_pressure).epsilon(1e-4));
         CHECK(a.contact->deepest_gap > -1e-9 * full.collision()->detector().mean_edge());
         rows += b.contact->rows;
       }

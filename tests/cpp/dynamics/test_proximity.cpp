@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include "../approx.hpp"
 #include "plica/dynamics/proximity.hpp"
 #include "plica/mesh/block.hpp"
 
@@ -29,8 +30,8 @@ TEST_CASE(
     "what nodes have slid past each other counts twice, in how far they are apart and in how far they came") {
   Apart blocks;
   Proximity& proximity = blocks.proximity;
-  CHECK(proximity.closed(Eigen::Vector2d(-0.01, 0)) == doctest::Approx(0.01).epsilon(1e-12));
-  CHECK(proximity.closed(Eigen::Vector2d(0, 0.01)) == doctest::Approx(0.02).epsilon(1e-12));
+  CHECK(proximity.closed(Eigen::Vector2d(-0.01, 0)) == approx(0.01).epsilon(1e-12));
+  CHECK(proximity.closed(Eigen::Vector2d(0, 0.01)) == approx(0.02).epsilon(1e-12));
   const std::int32_t facing = blocks.airway.second(0, 0);
   const std::vector<std::int32_t> none;
   for (const double way : {0.03, -0.03}) {  // 0.1 - 2 * 0.03 = 0.04 m are left

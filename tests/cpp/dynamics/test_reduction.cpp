@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "reduced_scenes.hpp"
 
@@ -42,7 +43,7 @@ TEST_CASE("a basis of all displacements gives the motion of the scene, its air a
       CHECK(a.contact->rows == b.contact->rows);
       CHECK((a.contact->force_first - b.contact->force_first).norm() <
             1e-6 * b.contact->force_first.norm() + 1e-12);
-      CHECK(a.strains.strain == doctest::Approx(b.strains.strain).epsilon(1e-7));
+      CHECK(a.strains.strain == approx(b.strains.strain).epsilon(1e-7));
       rows += b.contact->rows;
     }
     CHECK(rows > 0);
@@ -105,7 +106,7 @@ TEST_CASE("loads and gravity act on a reduced motion as on all nodes") {
     same.advance();
   }
   CHECK(relative(same.displacement(), full.displacement()) < 1e-9);
-  CHECK(same.state().ledger.load_work == doctest::Approx(full.state().ledger.load_work).epsilon(1e-9));
+  CHECK(same.state().ledger.load_work == approx(full.state().ledger.load_work).epsilon(1e-9));
 }
 
 TEST_CASE("a restored reduced motion goes on as if it had not stopped") {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "plica/dynamics/waveforms.hpp"
 #include "reduced_scenes.hpp"
@@ -72,7 +73,7 @@ TEST_CASE("the pressure rises from 0 as half a cosine, with a slope that is cont
   CHECK(air(rise, 10 * rise).subglottal_pressure == 800);
   CHECK(air(rise, 0.3 * rise).density == scene.airflow->flow.air_density);
   for (const double t : {1e-6, 0.2 * rise, 0.5 * rise, 0.999 * rise})
-    CHECK(air(rise, t).subglottal_pressure == doctest::Approx(risen(800, t)).epsilon(1e-9));
+    CHECK(air(rise, t).subglottal_pressure == approx(risen(800, t)).epsilon(1e-9));
   const double h = 1e-4 * rise;  // its second derivative is at most p pi^2 / (2 rise^2)
   const double small = 800 * std::pow(pi, 2) / (2 * rise * rise) * h;
   CHECK(air(rise, h).subglottal_pressure / h < small);
@@ -120,7 +121,7 @@ TEST_CASE("between walls that hardly move the flow of air without friction goes 
     simulation.advance();
     const double share = risen(1, (k + 0.7) * 1e-4);
     // The walls give way by less than a strain of 1e-8.
-    CHECK(simulation.record().flow->state.flow == doctest::Approx(full * std::sqrt(share)).epsilon(1e-6));
+    CHECK(simulation.record().flow->state.flow == approx(full * std::sqrt(share)).epsilon(1e-6));
   }
 }
 
@@ -139,9 +140,9 @@ TEST_CASE(
     REQUIRE(fine.norm() > 1e-5);
     return std::log2((coarse - middle).norm() / (middle - fine).norm());
   };
-  CHECK(order(Iterated{1e-10}) == doctest::Approx(2).epsilon(0.1));
-  CHECK(order(Extrapolated{}) == doctest::Approx(2).epsilon(0.1));
-  CHECK(order(Lagged{}) == doctest::Approx(1).epsilon(0.1));
+  CHECK(order(Iterated{1e-10}) == approx(2).epsilon(0.1));
+  CHECK(order(Extrapolated{}) == approx(2).epsilon(0.1));
+  CHECK(order(Lagged{}) == approx(1).epsilon(0.1));
 }
 
 TEST_CASE("only a scene whose pressure rises has a waveform of it") {

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <complex>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "scenes.hpp"
 
@@ -31,12 +32,12 @@ TEST_CASE("the closed form has the spectral radii of the literature") {
   const auto hht = [](double alpha, double omega) {
     return spectral_radius(amplification(scheme_coefficients(HilberHughesTaylor{alpha}), omega));
   };
-  CHECK(hht(-0.3, 1) == doctest::Approx(0.989384).epsilon(1e-6));
-  CHECK(hht(-0.1, 1) == doctest::Approx(0.993847).epsilon(1e-6));
-  CHECK(hht(-0.3, 1e6) == doctest::Approx(0.538462).epsilon(1e-5));
-  CHECK(hht(-0.1, 1e6) == doctest::Approx(0.818182).epsilon(1e-5));
-  CHECK(hht(-1.0 / 3, 1e6) == doctest::Approx(0.5).epsilon(1e-3));  // a double root: its error is a square root
-  CHECK(spectral_radius(amplification(scheme_coefficients(trapezoidal), 1)) == doctest::Approx(1).epsilon(1e-12));
+  CHECK(hht(-0.3, 1) == approx(0.989384).epsilon(1e-6));
+  CHECK(hht(-0.1, 1) == approx(0.993847).epsilon(1e-6));
+  CHECK(hht(-0.3, 1e6) == approx(0.538462).epsilon(1e-5));
+  CHECK(hht(-0.1, 1e6) == approx(0.818182).epsilon(1e-5));
+  CHECK(hht(-1.0 / 3, 1e6) == approx(0.5).epsilon(1e-3));  // a double root: its error is a square root
+  CHECK(spectral_radius(amplification(scheme_coefficients(trapezoidal), 1)) == approx(1).epsilon(1e-12));
 }
 
 TEST_CASE("an eigenmode of a block steps as the closed form says") {
@@ -75,8 +76,8 @@ TEST_CASE("an eigenmode of a block steps as the closed form says") {
         exact = A * exact + force;
         force.setZero();
         const Vector u = simulation.state().displacement(unknowns), v = simulation.state().velocity(unknowns);
-        CHECK(M_phi.dot(u) == doctest::Approx(exact[0]).epsilon(1e-9).scale(1));
-        CHECK(h * M_phi.dot(v) == doctest::Approx(exact[1]).epsilon(1e-9).scale(omega));
+        CHECK(M_phi.dot(u) == approx(exact[0]).epsilon(1e-9).scale(1));
+        CHECK(h * M_phi.dot(v) == approx(exact[1]).epsilon(1e-9).scale(omega));
       }
     }
 }
@@ -122,8 +123,8 @@ TEST_CASE("displacement and velocity converge at each scheme's order to the exac
     CAPTURE(c.order);
     CHECK(error_u[0] < 0.3);
     // Between h and h/2 the next term of the error still shows: a tenth of an order at these steps.
-    CHECK(std::log2(error_u[0] / error_u[1]) == doctest::Approx(c.order).epsilon(0.1));
-    CHECK(std::log2(error_v[0] / error_v[1]) == doctest::Approx(c.order).epsilon(0.1));
+    CHECK(std::log2(error_u[0] / error_u[1]) == approx(c.order).epsilon(0.1));
+    CHECK(std::log2(error_v[0] / error_v[1]) == approx(c.order).epsilon(0.1));
   }
 }
 
@@ -137,7 +138,7 @@ TEST_CASE("the trapezoidal rule keeps the energy of free vibration") {
   for (int k = 0; k < 200; ++k) {
     simulation.advance();
     const Ledger& ledger = simulation.state().ledger;
-    CHECK(ledger.kinetic + ledger.elastic == doctest::Approx(initial).epsilon(1e-11));  // 200 solves at 1e-13
+    CHECK(ledger.kinetic + ledger.elastic == approx(initial).epsilon(1e-11));  // 200 solves at 1e-13
   }
   CHECK(simulation.state().ledger.elastic > 0.01 * initial);
 }

@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
 #include "scenes.hpp"
@@ -318,7 +319,7 @@ TEST_CASE("a state whose products contradict its motion is refused, and goes on 
     }
     wrong = other.renewed(wrong);
     CHECK(wrong.velocity == kicked(state).velocity);
-    CHECK(wrong.ledger.error() == doctest::Approx(state.ledger.error()).epsilon(1e-9));
+    CHECK(wrong.ledger.error() == approx(state.ledger.error()).epsilon(1e-9));
     other.restore(wrong);
     other.advance();
     const Vector moved_by = other.state().displacement - state.displacement;

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "plica/dynamics/statics.hpp"
 #include "scenes.hpp"
@@ -91,11 +92,11 @@ TEST_CASE("pressed together at rest, blocks share the load as one, at nodes and 
       CHECK((rest.displacement.row(i).transpose() - Vector3(exact, 0, 0)).norm() < 1e-6 * push);
     }
     CHECK(as_points(rest.contact_force).bottomRows(b.node_count()).col(0).sum() ==
-          doctest::Approx(pressure * side * side).epsilon(1e-6));
+          approx(pressure * side * side).epsilon(1e-6));
     CHECK(rest.contact_pressure.size() == scene.mesh.node_count());
     if (std::holds_alternative<Mortar>(faces))
       for (const auto node : scene.mesh.node_set("b.x_min"))
-        CHECK(rest.contact_pressure[node] == doctest::Approx(pressure).epsilon(1e-5));
+        CHECK(rest.contact_pressure[node] == approx(pressure).epsilon(1e-5));
   }
   scene.contact->enforcement = Nitsche{};
   scene.contact->faces = AtNodes{};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "../approx.hpp"
 #include "pictures.hpp"
 #include "plica/imaging/median.hpp"
 #include "plica/imaging/resample.hpp"
@@ -55,8 +56,8 @@ TEST_CASE("blurring twice adds the variances") {
   double variance = 0;
   for (std::ptrdiff_t x = 0; x < 41; ++x)
     variance += static_cast<double>(spread.col(x).sum()) * (x - 20.0) * (x - 20.0);
-  CHECK(spread.sum() == doctest::Approx(1).epsilon(1e-5));
-  CHECK(variance == doctest::Approx(2 * 0.9243).epsilon(1e-3));  // 5 taps: sum k^2 g / sum g
+  CHECK(spread.sum() == approx(1).epsilon(1e-5));
+  CHECK(variance == approx(2 * 0.9243).epsilon(1e-3));  // 5 taps: sum k^2 g / sum g
 }
 
 TEST_CASE("resizing keeps the place of a ramp") {
@@ -66,8 +67,7 @@ TEST_CASE("resizing keeps the place of a ramp") {
   for (const std::ptrdiff_t columns : {20, 25, 32, 57}) {
     const Plane other = resize(ramp, 7, columns);
     for (std::ptrdiff_t x = 2; x + 2 < columns; ++x) {
-      CHECK(other(3, x) ==
-            doctest::Approx((static_cast<double>(x) + 0.5) / static_cast<double>(columns)).epsilon(1e-5));
+      CHECK(other(3, x) == approx((static_cast<double>(x) + 0.5) / static_cast<double>(columns)).epsilon(1e-5));
     }
   }
   CHECK((resize(ramp, 3, 40) == ramp).all());

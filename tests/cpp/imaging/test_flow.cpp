@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "../approx.hpp"
 #include "pictures.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
@@ -141,8 +142,8 @@ TEST_CASE("the gradient is exact on cubics, and continued evenly at the border")
   const Gradient found = gradient(cubic);
   for (std::ptrdiff_t y = 2; y < 10; ++y) {
     for (std::ptrdiff_t x = 2; x < 12; ++x) {
-      CHECK(found.x(y, x) == doctest::Approx(3 * x * x - 2 * y * y).epsilon(1e-4));
-      CHECK(found.y(y, x) == doctest::Approx(-4 * x * y + 5).epsilon(1e-4));
+      CHECK(found.x(y, x) == approx(3 * x * x - 2 * y * y).epsilon(1e-4));
+      CHECK(found.y(y, x) == approx(-4 * x * y + 5).epsilon(1e-4));
     }
   }
   CHECK(gradient(Plane::Constant(5, 4, 7)).x.abs().maxCoeff() < 1e-5);
@@ -157,11 +158,11 @@ TEST_CASE("a normalised channel's error is a distance along the slope, and nothi
   channel.iy.row(1) = 4;
   channel.it.row(1) = 1;
   normalise(0.01F, channel);
-  CHECK(channel.it(1, 1) == doctest::Approx(0.2));
-  CHECK(channel.ix(1, 1) == doctest::Approx(0.6));
-  CHECK(channel.iy(1, 1) == doctest::Approx(0.8));
+  CHECK(channel.it(1, 1) == approx(0.2));
+  CHECK(channel.ix(1, 1) == approx(0.6));
+  CHECK(channel.iy(1, 1) == approx(0.8));
   normalise(1e3F, channel);
-  CHECK(channel.it.abs().maxCoeff() == doctest::Approx(50e-3));
+  CHECK(channel.it.abs().maxCoeff() == approx(50e-3));
   CHECK(channel.ix(0, 2) == 0);
 }
 
@@ -206,13 +207,13 @@ TEST_CASE("going there and back again misses by the sum of the flows") {
   CHECK((exact.v.isNaN() == exact.u.isNaN()).all());
   CHECK(exact.u.block(1, 0, 29, 38).abs().maxCoeff() == 0);
   CHECK(exact.v.block(1, 0, 29, 38).abs().maxCoeff() == 0);
-  CHECK(off.u(10, 10) == doctest::Approx(3));
-  CHECK(off.v(10, 10) == doctest::Approx(4));
+  CHECK(off.u(10, 10) == approx(3));
+  CHECK(off.v(10, 10) == approx(4));
   // Where the backward flow is a ramp, linear interpolation is exact.
   Plane ramp(30, 40);
   for (std::ptrdiff_t x = 0; x < 40; ++x) ramp.col(x) = 0.1F * static_cast<float>(x);
   const Plane half = Plane::Constant(30, 40, 0.5F);
-  CHECK(round_trip({half, 0 * v}, {ramp, 0 * v}).u(5, 12) == doctest::Approx(0.5 + 1.25));
+  CHECK(round_trip({half, 0 * v}, {ramp, 0 * v}).u(5, 12) == approx(0.5 + 1.25));
 }
 
 TEST_CASE("bad pictures and options are refused with what must hold") {

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include "../approx.hpp"
 #include "pictures.hpp"
 #include "plica/imaging/flow.hpp"
 #include "plica/imaging/light.hpp"
@@ -47,7 +48,7 @@ TEST_CASE("the gain at a pixel is its polynomial in the place from border to bor
   const double x = 2 * 6.5 / 8 - 1, y = 2 * 1.5 / 4 - 1;
   const auto& c = light.gain;
   const double expected = c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * x * y + c[5] * y * y;
-  CHECK(gains(1, 6) == doctest::Approx(expected).epsilon(1e-6));
+  CHECK(gains(1, 6) == approx(expected).epsilon(1e-6));
 }
 
 TEST_CASE("a gain that varies over the picture and an offset are found, whatever a seventh of it does") {
@@ -115,5 +116,5 @@ TEST_CASE("nothing is smooth between sides, and a measured displacement is gone"
   CHECK(parted.v.abs().maxCoeff() < 0.01);
   known.sides = {};
   const Flow joined = dense_flow(blank, blank, options, known);  // a ramp from the one to the other
-  CHECK(joined.u.col(20).mean() == doctest::Approx(-0.15).epsilon(0.3));
+  CHECK(joined.u.col(20).mean() == approx(-0.15).epsilon(0.3));
 }

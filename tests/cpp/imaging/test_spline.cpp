@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include "../approx.hpp"
 #include "pictures.hpp"
 #include "plica/imaging/spline.hpp"
 
@@ -68,10 +69,10 @@ TEST_CASE("places outside are told and take the nearest value inside") {
       CHECK(to_right.inside(y, x) == (x + 5.5 <= 29 ? 1 : 0));
       CHECK(up.inside(y, x) == (y >= 3 ? 1 : 0));
     }
-    CHECK(to_right.values(y, 29) == doctest::Approx(image(y, 29)).epsilon(1e-5));
+    CHECK(to_right.values(y, 29) == approx(image(y, 29)).epsilon(1e-5));
   }
   CHECK(far.inside.maxCoeff() == 0);
-  CHECK(far.values(7, 7) == doctest::Approx(image(0, 29)).epsilon(1e-5));
+  CHECK(far.values(7, 7) == approx(image(0, 29)).epsilon(1e-5));
   const Warped to_last(image.leftCols(8), 0, 0);
   CHECK(to_last.inside.minCoeff() == 1);
 }

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include "../approx.hpp"
 #include "invariants.hpp"
 #include "plica/core/error.hpp"
 #include "plica/mesh/block.hpp"
@@ -21,8 +22,8 @@ TEST_CASE("a block has six positive tetrahedra to a hexahedron and its exact vol
   CHECK(mesh.cell_count() == 6 * 3 * 2 * 4);
   CHECK(mesh.node_count() == 4 * 3 * 5);
   const Vector volume = signed_volumes(mesh.points, mesh.cells);
-  CHECK(volume.minCoeff() == doctest::Approx(3.0 / mesh.cell_count()).epsilon(1e-12));
-  CHECK(volume.sum() == doctest::Approx(3.0).epsilon(1e-12));  // roundoff of 144 terms
+  CHECK(volume.minCoeff() == approx(3.0 / mesh.cell_count()).epsilon(1e-12));
+  CHECK(volume.sum() == approx(3.0).epsilon(1e-12));  // roundoff of 144 terms
 }
 
 TEST_CASE("every face of a block is shared by two cells or lies on its hull") {
@@ -36,7 +37,7 @@ TEST_CASE("every face of a block is shared by two cells or lies on its hull") {
   CHECK(single == hull.faces.rows());
   CHECK(single == 2 * 2 * (3 * 2 + 2 * 4 + 3 * 4));
   CHECK(test::area_vector(mesh.points, hull.faces).norm() < 1e-12);  // roundoff of areas near 1
-  CHECK(test::enclosed_volume(mesh.points, hull.faces) == doctest::Approx(3.0).epsilon(1e-12));
+  CHECK(test::enclosed_volume(mesh.points, hull.faces) == approx(3.0).epsilon(1e-12));
   for (Eigen::Index f = 0; f < single; ++f)
     for (int k = 0; k < 3; ++k) CHECK((mesh.cells.row(hull.cell_of_face[f]).array() == hull.faces(f, k)).any());
 }
@@ -82,7 +83,7 @@ TEST_CASE("combined meshes keep their labels and volumes and share no node") {
   const TetMesh second = block_mesh(other);
   const TetMesh both = combine_meshes(first, second, "a.", "b.");
   CHECK(both.node_count() == first.node_count() + second.node_count());
-  CHECK(signed_volumes(both.points, both.cells).sum() == doctest::Approx(6.0).epsilon(1e-12));
+  CHECK(signed_volumes(both.points, both.cells).sum() == approx(6.0).epsilon(1e-12));
   CHECK(both.layer_names == std::vector<std::string>{"a.body", "b.body"});
   CHECK(both.cell_layer.sum() == second.cell_count());
   CHECK(both.cell_side.sum() == first.cell_count());

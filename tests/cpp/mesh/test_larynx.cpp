@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "../approx.hpp"
 #include "invariants.hpp"
 #include "plica/core/error.hpp"
 #include "plica/mesh/larynx.hpp"
@@ -47,7 +48,7 @@ TEST_CASE("the larynx is conforming and its boundary closed") {
   CHECK(single == hull.faces.rows());
   CHECK(test::area_vector(mesh.points, hull.faces).norm() < 1e-15);  // roundoff of 1e-3 m^2
   CHECK(test::enclosed_volume(mesh.points, hull.faces) ==
-        doctest::Approx(signed_volumes(mesh.points, mesh.cells).sum()).epsilon(1e-12));
+        approx(signed_volumes(mesh.points, mesh.cells).sum()).epsilon(1e-12));
 }
 
 TEST_CASE("the airway volume tends to that of the ellipses, and the wall's is that of its polygon") {
@@ -165,7 +166,7 @@ TEST_CASE("cover and ligament fill their thickness between S17 and S27 and nothi
   CHECK(layer[2] > 0.85 * larynx.shape.layer_thickness * area);
   CHECK(layer[1] > layer[2]);  // the lines diverge
   CHECK(layer[1] < 1.2 * layer[2]);
-  CHECK(sides[1] == doctest::Approx(sides[2]).epsilon(1e-12));
+  CHECK(sides[1] == approx(sides[2]).epsilon(1e-12));
 }
 
 TEST_CASE("the long ends are graded so that heights grow away from the glottis by at most three") {
@@ -177,13 +178,13 @@ TEST_CASE("the long ends are graded so that heights grow away from the glottis b
   for (Eigen::Index n = 0; n < mesh.node_count(); ++n) distinct.insert(mesh.points(n, 2));
   const std::vector<double> z(distinct.begin(), distinct.end());
   const auto height = [&](std::size_t k) { return z[k + 1] - z[k]; };
-  CHECK(height(8) == doctest::Approx(height(9)).epsilon(1e-9));  // bisection ends at roundoff
+  CHECK(height(8) == approx(height(9)).epsilon(1e-9));  // bisection ends at roundoff
   const double ratio = height(7) / height(8);
   CHECK(ratio > 1.1);
   CHECK(ratio < 3);
-  for (std::size_t k = 0; k < 7; ++k) CHECK(height(k) / height(k + 1) == doctest::Approx(ratio).epsilon(1e-9));
+  for (std::size_t k = 0; k < 7; ++k) CHECK(height(k) / height(k + 1) == approx(ratio).epsilon(1e-9));
   const std::size_t last = z.size() - 2;
-  CHECK(height(last - 7) == doctest::Approx(height(last - 8)).epsilon(1e-9));
+  CHECK(height(last - 7) == approx(height(last - 8)).epsilon(1e-9));
   for (std::size_t k = last - 7; k < last; ++k) CHECK(height(k + 1) > height(k));
 }
 
@@ -198,7 +199,7 @@ TEST_CASE("more rings in a layer change neither its volume nor the airway") {
     return (mesh.cell_layer.array() == which).select(signed_volumes(mesh.points, mesh.cells).array(), 0.0).sum();
   };
   for (const int which : {1, 2})  // ring faces are not flat: the cut of the quads costs a little volume
-    CHECK(layer(fine, which) == doctest::Approx(layer(plain, which)).epsilon(0.01));
+    CHECK(layer(fine, which) == approx(layer(plain, which)).epsilon(0.01));
 }
 
 TEST_CASE("lines too dense for the levels of the long ends are refused with the height and the remedy") {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "plica/mesh/triangulation.hpp"
 
@@ -53,7 +54,7 @@ Outline notched(double size) {
 TEST_CASE("a notched outline is filled by positive triangles that hold its lines") {
   const Outline outline = notched(0.25);
   const Triangulation made = triangulate(outline);
-  CHECK(area(made) == doctest::Approx(3).epsilon(1e-12));
+  CHECK(area(made) == approx(3).epsilon(1e-12));
   std::set<Edge> edges;
   double least = 1;
   for (const auto& c : made.triangles) {

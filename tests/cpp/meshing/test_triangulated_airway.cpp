@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../approx.hpp"
 #include "plica/contact/pairs.hpp"
 #include "plica/core/error.hpp"
 #include "plica/mesh/larynx.hpp"
@@ -53,7 +54,7 @@ TEST_CASE("the air between flat surfaces that do not match has the volume of the
     const Airway airway = triangulated_airway(gap.points, gap.first, gap.second);
     const Vector volumes = signed_volumes(gap.points, airway.tets);
     CHECK(volumes.minCoeff() >= -1e-15 * width);  // round-off of coordinates near 1
-    CHECK(volumes.sum() == doctest::Approx(width).epsilon(1e-12));
+    CHECK(volumes.sum() == approx(width).epsilon(1e-12));
   }
 }
 
@@ -82,9 +83,9 @@ TEST_CASE("surfaces that touch everywhere still have air, which opens and turns 
   Points x = gap.points;
   for (const auto node : gap.second.reshaped()) x(node, 0) = 1e-9;
   CHECK(find_inverted(x, airway.tets).empty());
-  CHECK(signed_volumes(x, airway.tets).sum() == doctest::Approx(1e-9));
+  CHECK(signed_volumes(x, airway.tets).sum() == approx(1e-9));
   for (const auto node : gap.second.reshaped()) x(node, 0) = -1e-9;
-  CHECK(signed_volumes(x, airway.tets).sum() == doctest::Approx(-1e-9));
+  CHECK(signed_volumes(x, airway.tets).sum() == approx(-1e-9));
 }
 
 TEST_CASE("surfaces inside each other by the stated depth have air that is inside out") {
@@ -95,7 +96,7 @@ TEST_CASE("surfaces inside each other by the stated depth have air that is insid
   first.update(gap.points);
   second.update(gap.points);
   airway.tets = airway.renewed(gap.points, first, second, depth);
-  CHECK(signed_volumes(gap.points, airway.tets).sum() == doctest::Approx(-depth));
+  CHECK(signed_volumes(gap.points, airway.tets).sum() == approx(-depth));
 }
 
 TEST_CASE(

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <limits>
 
+#include "../approx.hpp"
 #include "lattice.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
@@ -26,7 +27,7 @@ TEST_CASE("conjugate gradients solve to the tolerance asked for") {
     CHECK(end.iterations > 1);
     CHECK(end.residual <= tolerance);
     // The recursion's residual and the true one differ by rounding, some 1e-15 here.
-    CHECK((b - A * x).norm() / b.norm() == doctest::Approx(end.residual).epsilon(1e-3));
+    CHECK((b - A * x).norm() / b.norm() == approx(end.residual).epsilon(1e-3));
   }
 }
 

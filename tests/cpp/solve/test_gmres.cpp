@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <limits>
 
+#include "../approx.hpp"
 #include "lattice.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
@@ -64,7 +65,7 @@ TEST_CASE("the residual of gmres is that of the scaled system") {
   const Convergence end = gmres(product(s.M), s.diagonal, b, x, {1e-5, 2000}, 200);
   const double residual = scale.cwiseProduct(b - s.M * x).norm() / scale.cwiseProduct(b).norm();
   CHECK(end.residual <= 1e-5);
-  CHECK(end.residual == doctest::Approx(residual).epsilon(1e-8));  // 1e-5 of rounding 1e-16, with margin
+  CHECK(end.residual == approx(residual).epsilon(1e-8));  // 1e-5 of rounding 1e-16, with margin
 }
 
 TEST_CASE("gmres ends with the exact solution when the Krylov space is complete") {
@@ -97,7 +98,7 @@ TEST_CASE("gmres reports a system without solution as not converged") {
   Vector x;
   const Convergence end = gmres(product(M), Vector::Ones(6), Vector::Ones(6), x, {1e-8, 1000});
   CHECK_FALSE(end.converged);
-  CHECK(end.residual == doctest::Approx(std::sqrt(1.0 / 6.0)));  // the unreachable part of the load
+  CHECK(end.residual == approx(std::sqrt(1.0 / 6.0)));  // the unreachable part of the load
   CHECK(end.iterations < 20);
 
   // A cyclic shift: restarts shorter than its length gain nothing.

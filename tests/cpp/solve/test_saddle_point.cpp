@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include "../approx.hpp"
 #include "lattice.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
@@ -122,7 +123,7 @@ TEST_CASE("constraints that repeat others share their force and leave the motion
   Vector again = Vector::Zero(A.rows()), shared = Vector::Zero(8);
   REQUIRE(saddle.solve(rows, again, shared).converged);
   CHECK((again - d).norm() < 1e-7 * d.norm());
-  for (const int k : {2, 6, 7}) CHECK(shared[k] == doctest::Approx(lambda[2] / 3).epsilon(1e-6));
+  for (const int k : {2, 6, 7}) CHECK(shared[k] == approx(lambda[2] / 3).epsilon(1e-6));
 }
 
 TEST_CASE("the saddle point has the same bits on one and on three threads") {

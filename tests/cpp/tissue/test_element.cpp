@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "../approx.hpp"
 #include "plica/tissue/element.hpp"
 
 using namespace plica;
@@ -54,7 +55,7 @@ void check_inside_and_positive(const Rule& rule) {
       CHECK(l > 0);
       sum += l;
     }
-    CHECK(sum == doctest::Approx(1).epsilon(1e-15));
+    CHECK(sum == approx(1).epsilon(1e-15));
   }
 }
 
@@ -143,7 +144,7 @@ TEST_CASE("the closed form of a straight element is the limit of the curved one"
   x(5, 0) += 1e-9;  // above the threshold of 1e-10, so that the 15-point integrals are taken
   curved.place(x, cell);
   CHECK(straight.volume() != curved.volume());
-  CHECK(straight.volume() == doctest::Approx(curved.volume()).epsilon(1e-8));
+  CHECK(straight.volume() == approx(curved.volume()).epsilon(1e-8));
   Matrix6 D = Matrix6::Identity();
   D(0, 1) = D(1, 0) = 0.4;
   D(3, 5) = D(5, 3) = -0.2;
@@ -165,10 +166,10 @@ TEST_CASE("linear and straight quadratic tetrahedra carry the loads of the textb
   quadratic.place(x, cell);
   double load[10];
   linear.load(load);
-  for (int i = 0; i < 4; ++i) CHECK(load[i] == doctest::Approx(linear.volume() / 4).epsilon(1e-14));
+  for (int i = 0; i < 4; ++i) CHECK(load[i] == approx(linear.volume() / 4).epsilon(1e-14));
   quadratic.load(load);
   for (int i = 0; i < 10; ++i) {
-    CHECK(load[i] == doctest::Approx(quadratic.volume() * (i < 4 ? -0.05 : 0.2)).epsilon(1e-12));
+    CHECK(load[i] == approx(quadratic.volume() * (i < 4 ? -0.05 : 0.2)).epsilon(1e-12));
   }
 }
 
@@ -176,7 +177,7 @@ TEST_CASE("an element that is bent through itself has a negative least jacobian"
   Points x = ten_nodes();
   Element element(2);
   element.place(x, cell);
-  CHECK(element.least_jacobian() == doctest::Approx(element.volume()).epsilon(1e-14));
+  CHECK(element.least_jacobian() == approx(element.volume()).epsilon(1e-14));
   x.row(4) += 2 * (x.row(2) - x.row(4));  // the middle of an edge beyond the opposite corner
   element.place(x, cell);
   CHECK(element.least_jacobian() < 0);

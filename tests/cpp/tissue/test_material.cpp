@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <limits>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "plica/tissue/material.hpp"
 #include "scenes.hpp"
@@ -91,7 +92,7 @@ TEST_CASE("with equal moduli the fibre law is the isotropic one") {
   Material fibred = scenes::transverse(20e3, 0.45, 20e3, 0.45, 20e3 / 2.9);
   law_of(fibred).fibre = Vector3(1, 2, -3);
   CHECK(relative(elasticity_matrix(fibred), elasticity_matrix(isotropic)) < 1e-14);
-  CHECK(elasticity_matrix(isotropic)(3, 3) == doctest::Approx(20e3 / 2.9).epsilon(1e-14));
+  CHECK(elasticity_matrix(isotropic)(3, 3) == approx(20e3 / 2.9).epsilon(1e-14));
   CHECK(relative(stiffness_coefficients(fibred).asDiagonal().toDenseMatrix(),
                  stiffness_coefficients(isotropic).asDiagonal().toDenseMatrix()) < 1e-14);
 }
@@ -129,12 +130,12 @@ TEST_CASE("a fibre along z takes the stress of E_fibre along z") {
   Material material = scenes::transverse(1e3, 0.66, 10e3, 0.4, 7e3);
   law_of(material).fibre = Vector3::UnitZ();
   const Matrix6 C = elasticity_matrix(material).inverse();
-  CHECK(1 / C(2, 2) == doctest::Approx(10e3).epsilon(1e-12));
-  CHECK(1 / C(0, 0) == doctest::Approx(1e3).epsilon(1e-12));
-  CHECK(1 / C(1, 1) == doctest::Approx(1e3).epsilon(1e-12));
-  CHECK(1 / C(5, 5) == doctest::Approx(7e3).epsilon(1e-12));
-  CHECK(1 / C(4, 4) == doctest::Approx(7e3).epsilon(1e-12));
-  CHECK(1 / C(3, 3) == doctest::Approx(1e3 / 3.32).epsilon(1e-12));
+  CHECK(1 / C(2, 2) == approx(10e3).epsilon(1e-12));
+  CHECK(1 / C(0, 0) == approx(1e3).epsilon(1e-12));
+  CHECK(1 / C(1, 1) == approx(1e3).epsilon(1e-12));
+  CHECK(1 / C(5, 5) == approx(7e3).epsilon(1e-12));
+  CHECK(1 / C(4, 4) == approx(7e3).epsilon(1e-12));
+  CHECK(1 / C(3, 3) == approx(1e3 / 3.32).epsilon(1e-12));
 }
 
 TEST_CASE("stiff fibres and nearly incompressible tissue keep the elasticity matrix positive definite") {

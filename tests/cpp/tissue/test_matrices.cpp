@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "scenes.hpp"
 
@@ -84,15 +85,14 @@ TEST_CASE("consistent and lumped mass sum to density times volume and are positi
     const NodalMatrix M = assembler.mass(tissue);
     const Vector lumped = assembler.lumped_mass(tissue);
     // Moved inner nodes leave the volume of the box as it was; a curved jacobian is integrated exactly.
-    CHECK(sum(M.values()) == doctest::Approx(total).epsilon(1e-13));
-    CHECK(lumped.sum() == doctest::Approx(total).epsilon(1e-13));
+    CHECK(sum(M.values()) == approx(total).epsilon(1e-13));
+    CHECK(lumped.sum() == approx(total).epsilon(1e-13));
     CHECK(lumped.minCoeff() > 0);
     // Cholesky goes through for a positive definite matrix only.
     CHECK(Eigen::LLT<Eigen::MatrixXd>(M.to_sparse().toDense()).info() == Eigen::Success);
     if (kind == Kind::linear) {
       const Vector rows = M * Vector::Ones(M.rows());
-      for (std::ptrdiff_t i = 0; i < lumped.size(); ++i)
-        CHECK(lumped[i] == doctest::Approx(rows[3 * i]).epsilon(1e-13));
+      for (std::ptrdiff_t i = 0; i < lumped.size(); ++i) CHECK(lumped[i] == approx(rows[3 * i]).epsilon(1e-13));
     }
   }
 }
@@ -109,7 +109,7 @@ TEST_CASE("the consistent mass gives the exact kinetic energy of an affine veloc
     // On curved elements N_a N_b det J has degree 7, beyond the rule: the middles are moved by 4 %,
     // and what is lost of it is below 1e-4.
     const double tolerance = kind == Kind::curved ? 1e-4 : 1e-13;
-    CHECK(v.dot(M * v) == doctest::Approx(1040 * volume_of(scene.block) * mean_square).epsilon(tolerance));
+    CHECK(v.dot(M * v) == approx(1040 * volume_of(scene.block) * mean_square).epsilon(tolerance));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <numeric>
 
+#include "../approx.hpp"
 #include "plica/tissue/node_stress.hpp"
 #include "scenes.hpp"
 
@@ -41,7 +42,7 @@ TEST_CASE("a constant strain and strain rate have their exact stress at every no
       // A unit stretch along n: its own stress along n, through the same functions.
       const Matrix3 stretch = n * n.transpose();
       REQUIRE(normal_dyad(n).dot(at(node, scenes::affine_displacement(scene.mesh, stretch), none)) ==
-              doctest::Approx(stress.modulus(node, n)).epsilon(1e-10));
+              approx(stress.modulus(node, n)).epsilon(1e-10));
     }
   }
 }

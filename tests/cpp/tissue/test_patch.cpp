@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "../approx.hpp"
 #include "scenes.hpp"
 
 using namespace plica;
@@ -43,7 +44,7 @@ TEST_CASE("every constant strain of a distorted mesh gives no inner nodal force 
       CHECK(f(inner).lpNorm<Eigen::Infinity>() < 1e-12 * f.lpNorm<Eigen::Infinity>());
       // Energy of the constant strain, volume by the box.
       const double volume = scene.block.size[0] * scene.block.size[1] * scene.block.size[2];
-      CHECK(u.dot(f) == doctest::Approx(volume * S(component, component)).epsilon(1e-12));
+      CHECK(u.dot(f) == approx(volume * S(component, component)).epsilon(1e-12));
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "scenes.hpp"
 
@@ -85,7 +86,7 @@ TEST_CASE("redistributed mass keeps the ten moments, and no more is left on the 
         const Eigen::Matrix4d expected = moments(before, scene.mesh.points, 0, m.rows()),
                               found = moments(m, scene.mesh.points, 0, m.rows());
         for (int i = 0; i < 4; ++i)
-          for (int j = 0; j < 4; ++j) CHECK(found(i, j) == doctest::Approx(expected(i, j)).epsilon(1e-12));
+          for (int j = 0; j < 4; ++j) CHECK(found(i, j) == approx(expected(i, j)).epsilon(1e-12));
         CHECK(m == m.transpose());
         CHECK(moved.pattern() == assembler.pattern());
         std::vector<std::ptrdiff_t> inner;
@@ -130,7 +131,7 @@ TEST_CASE("a single row of cells keeps its moments although some of them repeat 
                                               tissue, kind, free_body(mesh, marked(mesh, {"x_min"})))),
                                           mesh.points, 0, mesh.node_count());
     for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) CHECK(found(i, j) == doctest::Approx(expected(i, j)).epsilon(1e-12));
+      for (int j = 0; j < 4; ++j) CHECK(found(i, j) == approx(expected(i, j)).epsilon(1e-12));
   }
 }
 
@@ -154,7 +155,7 @@ TEST_CASE("a held body keeps its moving mass, all of it near where it was") {
         }
         const Eigen::MatrixXd before = mass_before(assembler, tissue, mass),
                               m = dense(assembler.redistributed_mass(tissue, mass, held_body(massless, held)));
-        CHECK(m(moving, moving).sum() == doctest::Approx(before(moving, moving).sum()).epsilon(1e-13));
+        CHECK(m(moving, moving).sum() == approx(before(moving, moving).sum()).epsilon(1e-13));
         const double above = scene.block.corner[0] + 0.7 * scene.block.size[0];  // a row of cells further down
         int kept = 0;
         for (std::ptrdiff_t i = 0; i < m.rows(); ++i)
@@ -188,7 +189,7 @@ TEST_CASE("a held body of two cells in depth takes the mass of its surface, one 
                           sum(dense(assembler.redistributed_mass(tissue, CellMass::consistent, transfer))));
   };
   const auto [before, after] = moving_mass(2);
-  CHECK(after == doctest::Approx(before).epsilon(1e-13));
+  CHECK(after == approx(before).epsilon(1e-13));
   CHECK_THROWS_WITH_AS(moving_mass(1), doctest::Contains("number of moving nodes with mass in the body of node 0"),
                        InvalidInput);
 }
@@ -208,7 +209,7 @@ TEST_CASE("away from the surface the mass of a bar changes by the square of cell
     return change;
   };
   const double coarse = largest_change(40), fine = largest_change(80);
-  CHECK(coarse / fine == doctest::Approx(4).epsilon(0.2));
+  CHECK(coarse / fine == approx(4).epsilon(0.2));
 }
 
 TEST_CASE("a body too thin to take the mass of its surface is refused by its place") {

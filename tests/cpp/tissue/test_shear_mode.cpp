@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "../approx.hpp"
 #include "scenes.hpp"
 
 using namespace plica;
@@ -108,7 +109,7 @@ TEST_CASE("the shear mode of a linear mesh comes from above with the square of t
   CHECK(coarse.overlap > 0.99);
   CHECK(fine.overlap > 0.999);
   CHECK(error(fine) > 0);
-  CHECK(rate(coarse, fine) == doctest::Approx(2).epsilon(0.05));
+  CHECK(rate(coarse, fine) == approx(2).epsilon(0.05));
 }
 
 TEST_CASE("the shear mode of a quadratic mesh comes from above with the fourth power of the element size") {
@@ -116,7 +117,7 @@ TEST_CASE("the shear mode of a quadratic mesh comes from above with the fourth p
   CHECK(coarse.overlap > 0.999);
   CHECK(fine.overlap > 0.99999);
   CHECK(error(fine) > 0);
-  CHECK(rate(coarse, fine) == doctest::Approx(4).epsilon(0.05));
+  CHECK(rate(coarse, fine) == approx(4).epsilon(0.05));
 }
 
 TEST_CASE("lumped masses take the shear mode below the exact one and quadratic elements down to second order") {
@@ -126,7 +127,7 @@ TEST_CASE("lumped masses take the shear mode below the exact one and quadratic e
     const Mode coarse = shear_mode(order, few, MassKind::lumped);
     const Mode fine = shear_mode(order, {2 * few[0], 2 * few[1], 2 * few[2]}, MassKind::lumped);
     CHECK(error(fine) < 0);
-    CHECK(rate(coarse, fine) == doctest::Approx(2).epsilon(0.05));
+    CHECK(rate(coarse, fine) == approx(2).epsilon(0.05));
   }
 }
 
@@ -134,5 +135,5 @@ TEST_CASE("the shear mode is damped by eta omega / (4 mu'), the tensor reading o
   const Mode mode = shear_mode(2, {6, 2, 4});
   const double exact = viscosity * 2 * pi * exact_frequency / (4 * shear_modulus);
   // The discrete mode differs from sin(pi x / (2 D)) by some 1e-3 in strain, its quotients by the square.
-  CHECK(mode.damping_ratio == doctest::Approx(exact).epsilon(1e-5));
+  CHECK(mode.damping_ratio == approx(exact).epsilon(1e-5));
 }

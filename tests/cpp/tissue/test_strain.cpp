@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../approx.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/tissue/element.hpp"
@@ -51,13 +52,13 @@ TEST_CASE("an affine displacement has its one strain, and leaves out half the sq
          {H, Matrix3(-H), Matrix3(H.transpose()), scenes::unit_strain(1), scenes::unit_strain(4)}) {
       const Strains found = StrainGauge(scene.mesh).measure(scenes::affine_displacement(scene.mesh, G));
       const double strain = norm(0.5 * (G + G.transpose()));
-      CHECK(found.strain == doctest::Approx(strain).epsilon(tolerance));
-      CHECK(found.largest == doctest::Approx(strain).epsilon(tolerance));
-      CHECK(found.neglected == doctest::Approx(0.5 * norm(G) * norm(G)).epsilon(tolerance));
+      CHECK(found.strain == approx(strain).epsilon(tolerance));
+      CHECK(found.largest == approx(strain).epsilon(tolerance));
+      CHECK(found.neglected == approx(0.5 * norm(G) * norm(G)).epsilon(tolerance));
       // |E - eps| from its definition.
       const Matrix3 F = Matrix3::Identity() + G;
       const Matrix3 E = 0.5 * (F.transpose() * F - Matrix3::Identity());
-      CHECK(found.neglected == doctest::Approx(norm(E - 0.5 * (G + G.transpose()))).epsilon(tolerance));
+      CHECK(found.neglected == approx(norm(E - 0.5 * (G + G.transpose()))).epsilon(tolerance));
     }
   }
 }
@@ -72,8 +73,8 @@ TEST_CASE("of a rotation all small strain is wrong: 1 - cos(angle), and as much 
       const Strains found =
           StrainGauge(scene.mesh).measure(scenes::affine_displacement(scene.mesh, R - Matrix3::Identity()));
       const double wrong = 2 * std::pow(std::sin(angle / 2), 2);
-      CHECK(found.strain == doctest::Approx(wrong).epsilon(tolerance));
-      CHECK(found.neglected == doctest::Approx(wrong).epsilon(tolerance));
+      CHECK(found.strain == approx(wrong).epsilon(tolerance));
+      CHECK(found.neglected == approx(wrong).epsilon(tolerance));
     }
   }
 }
@@ -89,11 +90,11 @@ TEST_CASE("a bent block has the strain of beams, read where a quadratic cell has
   const Vector u =
       displaced(mesh, [&](const Vector3& x) { return Vector3(k * x[0] * x[2], 0, -0.5 * k * x[0] * x[0]); });
   const Strains found = StrainGauge(mesh).measure(u);
-  CHECK(found.strain == doctest::Approx(k * std::abs(found.place[2])).epsilon(tolerance));
-  CHECK(found.largest == doctest::Approx(k * std::abs(found.place[2])).epsilon(tolerance));
+  CHECK(found.strain == approx(k * std::abs(found.place[2])).epsilon(tolerance));
+  CHECK(found.largest == approx(k * std::abs(found.place[2])).epsilon(tolerance));
   // The outermost points lie 0.1382 of a layer beneath the surface, that of more than 0.1 % of the volume.
   const double depth = 0.25 * (1 - 1 / std::sqrt(5.0)) * height / layers;
-  CHECK(found.strain == doctest::Approx(k * (height / 2 - depth)).epsilon(tolerance));
+  CHECK(found.strain == approx(k * (height / 2 - depth)).epsilon(tolerance));
   const auto& rule = tetrahedron_rule_degree_2();
   std::vector<std::pair<double, double>> neglected;  // and volume
   for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c) {
@@ -111,7 +112,7 @@ TEST_CASE("a bent block has the strain of beams, read where a quadratic cell has
   double volume = 0;
   std::size_t i = 0;
   while ((volume += neglected[i].second) <= 1e-3 * length * height * 0.5) ++i;
-  CHECK(found.neglected == doctest::Approx(neglected[i].first).epsilon(tolerance));
+  CHECK(found.neglected == approx(neglected[i].first).epsilon(tolerance));
 }
 
 TEST_CASE("a percentile is one by volume: a thin slab counts once it is 0.1 % of the block") {
@@ -128,8 +129,8 @@ TEST_CASE("a percentile is one by volume: a thin slab counts once it is 0.1 % of
         return Vector3(0.1 * x[0] + 0.2 * beyond, 0, 0);
       });
       const Strains found = StrainGauge(mesh).measure(u);
-      CHECK(found.largest == doctest::Approx(0.3).epsilon(tolerance));
-      CHECK(found.strain == doctest::Approx(share > 1e-3 ? 0.3 : 0.1).epsilon(tolerance));
+      CHECK(found.largest == approx(0.3).epsilon(tolerance));
+      CHECK(found.strain == approx(share > 1e-3 ? 0.3 : 0.1).epsilon(tolerance));
       CHECK(found.place[0] > 4 * (1 - share));
     }
   }
@@ -194,9 +195,9 @@ TEST_CASE("percentiles of any field are those of all points, each decomposed") {
       return all[i][which];
     };
     const Strains found = StrainGauge(scene.mesh).measure(u);
-    CHECK(found.strain == doctest::Approx(exceeded(0)).epsilon(tolerance));
-    CHECK(found.largest == doctest::Approx(all.front()[0]).epsilon(tolerance));
-    CHECK(found.neglected == doctest::Approx(0.5 * exceeded(1) * exceeded(1)).epsilon(tolerance));
+    CHECK(found.strain == approx(exceeded(0)).epsilon(tolerance));
+    CHECK(found.largest == approx(all.front()[0]).epsilon(tolerance));
+    CHECK(found.neglected == approx(0.5 * exceeded(1) * exceeded(1)).epsilon(tolerance));
   }
 }
 
