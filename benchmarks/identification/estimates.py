@@ -46,7 +46,7 @@ from benchmarks.identification.calibration import calibration
 from benchmarks.identification.collisions import collisions
 from benchmarks.identification.information import information
 from benchmarks.identification.larynx import larynx
-from plica.identify import MarginalLikelihood, Responses, estimate, residual_test
+from plica.identify import MarginalLikelihood, Responses, estimate
 
 NUMBERS = ("viscosity", *SEVEN, "gain")
 
@@ -188,7 +188,7 @@ def wrong_rows(arguments: argparse.Namespace) -> Iterator[list[str]]:
             scores.append(error / np.sqrt(np.diag(covariance)))
             likelihood = MarginalLikelihood(study.model.seeing(flow))
             at = likelihood.evaluate_known(study.truth, study.responses)
-            failed += not residual_test(likelihood, at).passed
+            failed += not likelihood.residual_test(at).passed
         bias = [f"{value:+.1f}" for value in np.mean(scores, axis=0)]
         yield [name, *bias, f"{failed} of {arguments.draws}"]
 

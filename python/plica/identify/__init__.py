@@ -4,21 +4,22 @@
 
 An `Observation` is the motion seen by a camera, a `Forcing` the known and unknown pressures, a `MotionModel`
 combines them with a scene; `MarginalLikelihood` is a function of log theta, and `estimate` returns its
-`Posterior` (docs/identification.md). `identify` does all this from the files of a recording, like
-``plica identify``; `load` reads its results.
+`Posterior`, as of any other `Likelihood` (docs/identification.md). `identify` does all this from the files of
+a recording, like ``plica identify``; `load` reads its results.
 """
 
 from plica.identify.estimator.estimate import estimate
 from plica.identify.estimator.flow_estimate import estimate_from_flow
 from plica.identify.estimator.posterior import Posterior
-from plica.identify.estimator.residuals import ResidualTest, residual_test, whitened
 from plica.identify.estimator.scoring import Iteration, Scoring
 from plica.identify.estimator.wording import posterior_table, posterior_warnings
 from plica.identify.identification import Identification, identify, load
 from plica.identify.likelihood.evaluation import Evaluation
 from plica.identify.likelihood.flow_error import FlowError
-from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.likelihood import Evaluated, Likelihood, log_prior
+from plica.identify.likelihood.marginal import MarginalLikelihood
 from plica.identify.likelihood.noise_levels import Noise
+from plica.identify.likelihood.residuals import ResidualTest
 from plica.identify.model.forcing import Forcing
 from plica.identify.model.model import MotionModel, Responses
 from plica.identify.observation.observation import Observation, SurfacePoints
@@ -37,6 +38,7 @@ from plica.identify.state_space.structured_em import StructuredResult, structure
 __all__ = [
     "EMResult",
     "Estimated",
+    "Evaluated",
     "Evaluation",
     "Evolution",
     "Filtered",
@@ -44,6 +46,7 @@ __all__ = [
     "Forcing",
     "Identification",
     "Iteration",
+    "Likelihood",
     "LinearGaussian",
     "MarginalLikelihood",
     "MotionModel",
@@ -73,13 +76,12 @@ __all__ = [
     "kalman_filter",
     "load",
     "log_likelihood",
+    "log_prior",
     "open_motion",
     "posterior_table",
     "posterior_warnings",
-    "residual_test",
     "scene_evolution",
     "scene_matrices",
     "smooth",
     "structured_em",
-    "whitened",
 ]

@@ -14,11 +14,10 @@ from plica.identify.estimator.flow_estimate import estimate_from_flow
 from plica.identify.estimator.iterates import EstimateInputs, Iterates
 from plica.identify.estimator.posterior import Posterior
 from plica.identify.estimator.progress import EstimateProgress
-from plica.identify.estimator.residuals import whitened
 from plica.identify.estimator.scoring import Iteration, Scoring
 from plica.identify.estimator.thickness import thickness_warnings
 from plica.identify.likelihood.evaluation import Evaluation
-from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.marginal import MarginalLikelihood
 from plica.identify.model.coarser import coarser_scene, remainder, require_coarser
 from plica.identify.model.model import MotionModel, require_linear, require_parameters
 from plica.identify.model.pressures import fed_back, forcing_of, heights_of, seen_surface
@@ -199,7 +198,7 @@ def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:
         place=np.einsum("rk,rkc->rc", points.weights, np.asarray(task.mesh.points)[points.nodes]),
         observed=observed.reshape(shape),
         predicted=(observed - at.residual).reshape(shape),
-        whitened=whitened(task.likelihood, at).reshape(shape),
+        whitened=task.likelihood.whitened(at).reshape(shape),
         sd=np.broadcast_to(np.asarray(observation.sd), shape).mean(axis=2),
         closed=np.asarray(observation.closed),
         pressures=pressures.reshape(observation.frames, -1),

@@ -17,9 +17,9 @@ from plica._engine import build_info
 from plica.errors import InvalidInput, Named
 from plica.identify.estimator.iterates import Iterates
 from plica.identify.estimator.posterior import FOLLOWED, Posterior
-from plica.identify.estimator.residuals import ResidualTest
 from plica.identify.estimator.wording import posterior_table, posterior_warnings
 from plica.identify.likelihood.noise_levels import Noise
+from plica.identify.likelihood.residuals import ResidualTest
 from plica.scene.scene import Scene
 from plica.storage.files import replaced, storage_errors
 from plica.storage.hdf5 import create, put, put_text, set_text

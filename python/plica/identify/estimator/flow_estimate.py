@@ -8,15 +8,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plica.identify.estimator.estimate import estimate
+from plica.identify.estimator.estimate import estimate_and_evaluation
 from plica.identify.estimator.posterior import Posterior
-from plica.identify.estimator.residuals import image_positions
 from plica.identify.estimator.robust_covariance import inflation
 from plica.identify.estimator.scoring import Iteration, Scoring
 from plica.identify.likelihood.evaluation import Evaluation
 from plica.identify.likelihood.flow_error import FlowError
 from plica.identify.likelihood.learned_error import learned
-from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.marginal import MarginalLikelihood
 
 __all__ = ["estimate_from_flow"]
 
@@ -72,8 +71,8 @@ def estimate_from_flow(
         report(replace(at, start=0))
 
     rough = replace(options, tolerance=max(options.tolerance, _FIRST_TOLERANCE)) if learn else options
-    first = found = estimate(likelihood, start, rough, report, kept)
-    at = likelihood.last()
+    found, at = estimate_and_evaluation(likelihood, start, rough, report, kept)
+    first = found
     resumed = (kept or {}).get(0)
     for tolerance in (rough.tolerance, options.tolerance) if learn else ():
         for _ in range(_ROUNDS):
@@ -82,8 +81,9 @@ def estimate_from_flow(
             )
             at = likelihood.evaluate_known(at.point, at.responses)
         begin = at.point if resumed is None else resumed
-        found = estimate(likelihood, begin, replace(options, tolerance=tolerance, starts=1), report_later)
-        at, resumed = likelihood.last(), None
+        once = replace(options, tolerance=tolerance, starts=1)
+        found, at = estimate_and_evaluation(likelihood, begin, once, report_later)
+        resumed = None
     found = replace(found, iterations=max(count[0] - 1, 0), starts=first.starts, ended_here=first.ended_here)
     if not found.residuals.passed:
         found = replace(found, inflation=inflation(likelihood, at))
@@ -97,6 +97,6 @@ def _learned(likelihood: MarginalLikelihood, at: Evaluation) -> FlowError:
     seen = (observation.weights > 0).reshape(shape)
     motion = likelihood.motion(at).reshape(shape)
     left = (at.residual - likelihood.gain_part(at)).reshape(shape)
-    error = learned(left, seen, motion, image_positions(likelihood))
+    error = learned(left, seen, motion, likelihood.model.image_positions)
     stated = float(np.sqrt(np.mean(np.asarray(observation.sd)[seen] ** 2)))
     return replace(error, sd=error.sd * stated / float(np.sqrt(np.mean(error.sd**2))))

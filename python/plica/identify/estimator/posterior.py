@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy import special
 
 from plica.errors import InvalidInput
-from plica.identify.estimator.residuals import ResidualTest
 from plica.identify.likelihood.noise_levels import Noise
+from plica.identify.likelihood.residuals import ResidualTest
 
 __all__ = ["GAUSSIAN_FALL", "Posterior"]
 

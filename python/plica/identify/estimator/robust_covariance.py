@@ -14,9 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.identify.estimator.residuals import image_positions, innovations
 from plica.identify.likelihood.evaluation import Evaluation
-from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.marginal import MarginalLikelihood
 
 __all__ = ["inflation", "two_way"]
 
@@ -27,11 +26,11 @@ def inflation(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
     """(p) sd by the sandwich covariance over that by the information, not below 1."""
     alone = np.linalg.inv(at.information + np.diag(1 / likelihood.prior_sd**2))
     columns = np.concatenate([likelihood.error(at)[..., None], likelihood.sensitivities(at)], axis=2)
-    white = np.nan_to_num(innovations(likelihood, at, columns)) / at.noise.flow
+    white = np.nan_to_num(likelihood.innovations(at, columns)) / at.noise.flow
     frames, p = len(white), white.shape[2] - 1
     z, s = white[..., :1], white[..., 1:]
     parts = (z * s).reshape(frames, -1, 2, p).sum(axis=2)
-    missed = two_way(parts, image_positions(likelihood)) - np.einsum("kmi,kmj->ij", s, s)
+    missed = two_way(parts, likelihood.model.image_positions) - np.einsum("kmi,kmj->ij", s, s)
     wider = alone + alone @ missed @ alone
     return np.asarray(np.sqrt(np.maximum(np.diag(wider) / np.diag(alone), 1.0)))
 

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, SolveFailed
 from plica.identify.estimator.posterior import Posterior
-from plica.identify.estimator.residuals import residual_test
-from plica.identify.likelihood.evaluation import Evaluation
-from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.likelihood import E, Likelihood, log_prior
 
 __all__ = ["UNDEFINED_DENSITY", "Iteration", "Scoring", "climb"]
 
@@ -72,12 +70,13 @@ class Iteration:
 
 
 def climb(
-    likelihood: MarginalLikelihood,
+    likelihood: Likelihood[E],
     start: Array,
     options: Scoring,
     progress: Callable[[Iteration], None] | None = None,
-) -> Posterior:
-    """The maximum reached uphill from `start` (p), with the Gaussian approximation there.
+) -> tuple[Posterior, E]:
+    """The maximum reached uphill from `start` (p), with the Gaussian approximation there, and the last
+    evaluation.
 
     Each step solves (I + P) dx = g, I the Fisher information, P the prior's precision, g the gradient of
     the log posterior; near the end I is corrected by the changes of the gradient. A step is halved until the
@@ -87,7 +86,7 @@ def climb(
     x = np.array(start, dtype=float)
     now = likelihood.evaluate(x)
     _require_dependence(likelihood, now)
-    value = now.value + likelihood.log_prior(x)
+    value = now.value + log_prior(likelihood, x)
     curvature: Array | None = None
     boost = 1.0
     for number in range(options.max_iterations):
@@ -105,10 +104,12 @@ def climb(
             progress(Iteration(number, value, x, length))
         if length < options.tolerance:
             _require_definite(information, number)
-            return _posterior(likelihood, now, value, step, number)
+            return _posterior(likelihood, now, value, step, number), now
         if plain:
             step *= boost
-        step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
+        longest = float(np.abs(step[likelihood.logarithmic]).max(initial=0.0))
+        if longest > options.longest_step:
+            step *= options.longest_step / longest
         predicted = float(step @ gradient)
         found = _line_search(likelihood, x, step, value, predicted, options)
         if isinstance(found, str):
@@ -146,15 +147,13 @@ def _require_definite(information: Array, number: int) -> None:
         ) from None
 
 
-def _posterior(
-    likelihood: MarginalLikelihood, now: Evaluation, value: float, step: Array, iterations: int
-) -> Posterior:
+def _posterior(likelihood: Likelihood[E], now: E, value: float, step: Array, iterations: int) -> Posterior:
     """The posterior after the last step from a point of log density `value`, or at that point if the density
     decreases."""
 
     def density(x: Array) -> float:
         try:
-            return likelihood.value(x) + likelihood.log_prior(x)
+            return likelihood.value(x) + log_prior(likelihood, x)
         except UNDEFINED_DENSITY:
             return -math.inf
 
@@ -170,7 +169,7 @@ def _posterior(
         noise=now.noise,
         log_likelihood=now.value,
         iterations=iterations,
-        residuals=residual_test(likelihood, now),
+        residuals=likelihood.residual_test(now),
         logarithmic=likelihood.logarithmic,
     )
     half = 1.959964 * found.least_known
@@ -190,8 +189,8 @@ def _updated(curvature: Array, step: Array, change: Array) -> Array | None:
 
 
 def _line_search(
-    likelihood: MarginalLikelihood, x: Array, step: Array, value: float, slope: float, options: Scoring
-) -> tuple[Array, Evaluation, float] | str:
+    likelihood: Likelihood[E], x: Array, step: Array, value: float, slope: float, options: Scoring
+) -> tuple[Array, E, float] | str:
     """The first of step, step / 2, ... that increases the density by 1e-4 of what the slope predicts.
 
     A step to an undefined density (`UNDEFINED_DENSITY`) is too long. If no step is short enough, returns the
@@ -205,14 +204,14 @@ def _line_search(
         except UNDEFINED_DENSITY as error:
             share, last = share / 2, f"The last point that could not be evaluated: {error}"
             continue
-        reached = there.value + likelihood.log_prior(candidate)
+        reached = there.value + log_prior(likelihood, candidate)
         if reached >= value + 1e-4 * share * slope:
             return candidate, there, reached
         share /= 2
     return last
 
 
-def _require_dependence(likelihood: MarginalLikelihood, at: Evaluation) -> None:
+def _require_dependence(likelihood: Likelihood[E], at: E) -> None:
     shares = np.diag(at.information) * likelihood.prior_sd**2
     for name, share in zip(likelihood.names, shares, strict=True):
         if not share > 1e-10:

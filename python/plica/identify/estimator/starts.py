@@ -19,7 +19,7 @@ from scipy.stats import qmc
 
 from plica.errors import InvalidInput
 from plica.identify.estimator.scoring import UNDEFINED_DENSITY, Iteration, Scoring, climb
-from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.likelihood import E, Likelihood, log_prior
 from plica.identify.settings import MOST_STARTS
 
 __all__ = ["ProgressCallback", "graduated", "start_points", "with_start_number"]
@@ -35,7 +35,7 @@ _SAMPLES = MOST_STARTS - 2
 
 
 def start_points(
-    likelihood: MarginalLikelihood,
+    likelihood: Likelihood[E],
     first: Array,
     options: Scoring,
     progress: ProgressCallback | None = None,
@@ -70,25 +70,25 @@ def with_start_number(
 
 
 def graduated(
-    likelihood: MarginalLikelihood, start: Array, options: Scoring, progress: ProgressCallback | None = None
+    likelihood: Likelihood[E], start: Array, options: Scoring, progress: ProgressCallback | None = None
 ) -> Array:
     """(p) The end of climbs on the first quarter and the first half; `start` if neither converges."""
     rough = replace(options, tolerance=max(options.tolerance, _ROUGH))
     for share in _SHARES:
         try:
-            short = likelihood.of_first(_frames(likelihood, share))
-            start = climb(short, start, rough, with_start_number(progress, 1, share)).mean
+            short = likelihood.of_first(share)
+            start = climb(short, start, rough, with_start_number(progress, 1, share))[0].mean
         except UNDEFINED_DENSITY:
             continue  # too short for all parameters, or not converged: the next one is longer
     return start
 
 
-def _ranked_prior_samples(likelihood: MarginalLikelihood, progress: ProgressCallback | None) -> list[Array]:
+def _ranked_prior_samples(likelihood: Likelihood[E], progress: ProgressCallback | None) -> list[Array]:
     """Prior samples (p), the most probable first, without those of undefined density. Empty if the first
     quarter is too short or shows no motion."""
     share = _SHARES[0]
     try:
-        quarter = likelihood.of_first(_frames(likelihood, share))
+        quarter = likelihood.of_first(share)
     except InvalidInput:
         return []
     mean, sd = likelihood.prior_mean, likelihood.prior_sd
@@ -97,16 +97,10 @@ def _ranked_prior_samples(likelihood: MarginalLikelihood, progress: ProgressCall
     for number, place in enumerate(places):
         point = mean + sd * math.sqrt(2) * special.erfinv(2 * place - 1)
         try:
-            density = quarter.value(point) + quarter.log_prior(point)
+            density = quarter.value(point) + log_prior(quarter, point)
         except UNDEFINED_DENSITY:
             continue
         found.append((density, point))
         if progress is not None:
             progress(Iteration(number, density, point, math.nan, share=share))
     return [point for _, point in sorted(found, key=lambda one: -one[0])]
-
-
-def _frames(likelihood: MarginalLikelihood, share: float) -> int:
-    """The number of first frames that contain this share of the frames with data."""
-    seen = np.flatnonzero(likelihood.inputs.weights.any(axis=1))
-    return int(seen[math.ceil(share * len(seen)) - 1]) + 1

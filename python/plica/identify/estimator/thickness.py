@@ -16,7 +16,7 @@ from plica.camera.visible_faces import lattice, shapes
 from plica.errors import InvalidInput
 from plica.identify.estimator.posterior import Posterior
 from plica.identify.estimator.scoring import UNDEFINED_DENSITY
-from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.marginal import MarginalLikelihood
 from plica.identify.model.model import MotionModel
 from plica.scene.mesh.changed import changed_mesh
 from plica.tetrahedron import EDGES

@@ -23,11 +23,11 @@ _RATIOS_OF_SEVERAL = (-12.0, 25.0)
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise levels."""
+    """Noise levels; the default: no unknown pressure, errors as stated."""
 
-    pressure: float
+    pressure: float = 0.0
     """[Pa] sigma_p"""
-    flow: float
+    flow: float = 1.0
     """[-] sigma_v, a factor on the observation's sd"""
     collision: float = 0.0
     """[Pa] sigma_c"""

@@ -131,6 +131,14 @@ class MotionModel:
         return self.observation.frames * self.steps_per_frame
 
     @property
+    def image_positions(self) -> Array:
+        """(r, 2) px, column and row of the observed points at rest."""
+        points = self.observation.points
+        rest = np.einsum("rk,rkc->rc", points.weights, self.points[points.nodes])
+        at: Array = self.observation.camera.project(rest)[:, :2]
+        return at
+
+    @property
     def patterns(self) -> Array:
         """(3 n, q + c): those of the pressure, then those of the collision."""
         if self.forcing.collision is None:

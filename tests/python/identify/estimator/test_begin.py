@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from layered_block import drive, layered_model, simulated, whole
 from plica.errors import InvalidInput
-from plica.identify import MarginalLikelihood, Noise, estimate, residual_test
+from plica.identify import MarginalLikelihood, Noise, estimate
 from plica.identify.likelihood import input_space
 from plica.identify.likelihood.flow_error import FlowError
 from plica.identify.likelihood.information import _positive_part
@@ -186,4 +186,4 @@ def test_tissue_of_a_recording_begun_in_mid_vibration_is_found() -> None:
 
 def test_residuals_of_an_unknown_start_are_of_one_level() -> None:
     likelihood, x = begun_late()
-    assert abs(residual_test(likelihood, likelihood.evaluate(x)).level) < 3.3
+    assert abs(likelihood.residual_test(likelihood.evaluate(x)).level) < 3.3

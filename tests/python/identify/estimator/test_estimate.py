@@ -40,8 +40,6 @@ from plica.identify import (
     estimate,
     posterior_table,
     posterior_warnings,
-    residual_test,
-    whitened,
 )
 from plica.scene.mesh.changed import changed_mesh
 
@@ -137,7 +135,7 @@ def test_whitened_residuals_are_the_cholesky_factor_s() -> None:
     covariance = 80.0**2 * (T @ T.T)[np.ix_(there, there)] + np.diag(1.2**2 / weights[there])
     error = (model.observation.rows - at.responses.mean[0]).ravel()[there]
     expected = np.linalg.solve(np.linalg.cholesky(covariance), error)
-    z = whitened(likelihood, at).ravel()
+    z = likelihood.whitened(at).ravel()
     assert np.isnan(z[~there]).all()
     assert np.allclose(z[there], expected, rtol=1e-8, atol=1e-8)
 
@@ -148,7 +146,7 @@ def test_smooth_flow_noise_fails_the_residual_test() -> None:
     common = rng.normal(0, 0.1, (FRAMES, 1, 3, 2))  # one error for the four points of a column
     flow += np.broadcast_to(common, (FRAMES, 4, 3, 2)).reshape(FRAMES, 12, 2)
     likelihood = MarginalLikelihood(layered_model(NAMES, flow))
-    test = residual_test(likelihood, likelihood.evaluate(likelihood.prior_mean))
+    test = likelihood.residual_test(likelihood.evaluate(likelihood.prior_mean))
     assert not test.passed
     assert abs(test.in_space) > 3.3
     assert any("neighbouring points" in sentence for sentence in test.sentences())

@@ -26,6 +26,7 @@ from plica.identify import (
     estimate_from_flow,
     posterior_warnings,
 )
+from plica.identify.estimator.estimate import estimate_and_evaluation
 from plica.identify.estimator.starts import start_points
 from plica.identify.estimator.wording import started
 from plica.identify.likelihood.flow_error import FlowError
@@ -46,9 +47,9 @@ class TwoTops(MarginalLikelihood):
         super().__init__(model)
         self.asked: list[int] = []
 
-    def of_first(self, frames: int) -> MarginalLikelihood:
-        self.asked.append(frames)
-        found = super().of_first(frames)
+    def of_first(self, share: float) -> MarginalLikelihood:
+        found = super().of_first(share)
+        self.asked.append(found.model.observation.frames)
         made = TwoTops(found.model)
         made.short = True
         return made
@@ -88,12 +89,12 @@ def outlying(log_sd: float = 1.0) -> TwoTops:
 def test_of_several_ends_the_most_probable_is_taken() -> None:
     likelihood = outlying()
     seen: list[Iteration] = []
-    found = estimate(likelihood, options=Scoring(starts=3), progress=seen.append)
+    found, at = estimate_and_evaluation(likelihood, options=Scoring(starts=3), progress=seen.append)
     assert not found.residuals.passed
     assert (found.starts, found.ended_here) == (3, 2)
     assert started(found) == "started 3 times, 2 ended here, 1 at less probable maxima or without convergence"
     assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.true, abs=0.05)
-    assert likelihood.last().point == pytest.approx(found.mean, abs=0.05)
+    assert at.point == pytest.approx(found.mean, abs=0.05)
     assert {at.start for at in seen} == {1, 2, 3}
     assert any("false maximum of the density (started 3 times" in text for text in posterior_warnings(found))
 
@@ -167,10 +168,10 @@ def test_iterations_of_a_flow_count_none_on_the_first_frames() -> None:
 def test_a_later_end_that_is_less_probable_leaves_the_estimate_and_its_evaluation_at_the_best() -> None:
     likelihood = outlying()
     likelihood.heights = (30.0, 3.0)
-    found = estimate(likelihood, options=Scoring(starts=2))
+    found, at = estimate_and_evaluation(likelihood, options=Scoring(starts=2))
     assert (found.starts, found.ended_here) == (2, 1)
     assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.false, abs=0.05)
-    assert likelihood.last().point == pytest.approx(found.mean, abs=0.05)
+    assert at.point == pytest.approx(found.mean, abs=0.05)
 
 
 def test_scanned_tissues_are_even_in_the_prior_and_the_most_probable_ones_of_the_first_frames_come_first(
@@ -287,11 +288,12 @@ def test_the_first_frames_alone_are_those_before_missing_ones(frames: int) -> No
         motion=rng.normal(size=(FRAMES, 12, 2)),
         outliers=rng.uniform(size=(FRAMES, 12)) < 0.1,
     )
-    flow[frames:] = np.nan
+    cut = np.array(flow)
+    cut[frames:] = np.nan
     for own in (None, error):
         noise = Noise(30.0, 0.9, 0.0, 0.2)
-        short = MarginalLikelihood(model, noise, own).of_first(frames)
-        missing = MarginalLikelihood(model.seeing(flow), noise, own)
+        short = MarginalLikelihood(model, noise, own).of_first(frames / FRAMES)
+        missing = MarginalLikelihood(model.seeing(cut), noise, own)
         x = short.prior_mean + 0.1
         assert short.model.steps < missing.model.steps
         assert short.value(x) == pytest.approx(missing.value(x), rel=1e-10)

@@ -19,10 +19,7 @@ from plica.identify import (
     estimate_from_flow,
     posterior_table,
     posterior_warnings,
-    residual_test,
-    whitened,
 )
-from plica.identify.estimator.residuals import image_positions
 from plica.identify.estimator.robust_covariance import inflation, two_way
 from plica.identify.likelihood.flow_error import FlowError
 from plica.identify.likelihood.learned_error import learned
@@ -40,7 +37,7 @@ def planted(rng: np.random.Generator) -> tuple[MarginalLikelihood, FlowError]:
     flow = simulated(layered_model(NAMES, np.ones((FRAMES, POINTS, 2)), mesh, seen=seen), rng)
     flow[6, 1] = np.nan
     model = layered_model(NAMES, flow, mesh, seen=seen, gain_sd=0.5)
-    image = image_positions(MarginalLikelihood(model))
+    image = model.image_positions
     error = FlowError(
         sd=rng.uniform(0.05, 0.2, POINTS),
         by_frame=np.where(np.arange(FRAMES) == 4, 1.7, 1.0),
@@ -107,7 +104,7 @@ def test_the_likelihood_is_that_of_the_joint_gaussian() -> None:
     information = J.T @ inverse @ J
     information += 0.5 * np.array([[np.sum((inverse @ a) * (inverse @ b).T) for a in moved] for b in moved])
     assert at.information == pytest.approx(information, rel=1e-7)
-    z = whitened(likelihood, at)
+    z = likelihood.whitened(at)
     assert np.nansum(z**2) * NOISE.flow**2 == pytest.approx(e @ solved * NOISE.flow**2, rel=1e-8)
     assert np.isfinite(z).sum() == len(e)
 
@@ -212,7 +209,7 @@ def test_independent_errors_are_left_as_they_are() -> None:
 def test_a_failed_test_is_reported_and_widens() -> None:
     model, flow, _ = flow_with_gains(np.random.default_rng(9), 30, 0.15)
     found, _, at = estimate_from_flow(MarginalLikelihood(model.seeing(flow)), learn=False)
-    assert not residual_test(MarginalLikelihood(model.seeing(flow)), at).passed
+    assert not MarginalLikelihood(model.seeing(flow)).residual_test(at).passed
     assert found.inflation is not None
     assert found.inflation.max() > 1
     alone = replace(found, inflation=None)

@@ -23,7 +23,7 @@ from layered_block import (
     whole,
 )
 from plica import _engine
-from plica.identify import MarginalLikelihood, Noise, SurfacePoints, TissueParameter, estimate
+from plica.identify import MarginalLikelihood, Noise, SurfacePoints, TissueParameter, estimate, log_prior
 from plica.identify.likelihood.noise_levels import profiled
 from plica.runs.build import fixed_components, materials_of
 
@@ -169,10 +169,10 @@ def test_the_gradient_is_a_central_difference(noise: Noise | None, collides: Any
     likelihood = MarginalLikelihood(model, noise)
     x, h = likelihood.prior_mean + 0.1 * rng.normal(size=4), 1e-3
     value, gradient = likelihood.value_and_gradient(x)
-    assert value == likelihood.evaluate(x).value + likelihood.log_prior(x)
+    assert value == likelihood.evaluate(x).value + log_prior(likelihood, x)
 
     def density(shift: NDArray[np.float64]) -> float:
-        return likelihood.value(x + shift) + likelihood.log_prior(x + shift)
+        return likelihood.value(x + shift) + log_prior(likelihood, x + shift)
 
     for j in range(4):
         e = h * np.eye(4)[j]

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from plica.identify.likelihood.evaluation import Evaluation
-from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.input_space import InputSpace, Solved
 
-__all__ = ["ResidualTest", "image_positions", "innovations", "residual_test", "whitened"]
+__all__ = ["ResidualTest", "innovations", "residual_test"]
 
 Array = NDArray[np.float64]
 LIMIT = 3.3
@@ -74,21 +73,14 @@ class ResidualTest:
         return warnings
 
 
-def whitened(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
-    """The innovations frame by frame, divided by the Cholesky factor of their covariance, (N, m); nan where y
-    is missing or determines the initial state.
+def innovations(space: InputSpace, solved: Solved, columns: Array) -> Array:
+    """Apply the whitening of y - mu to columns (N, m', k) of the rows with independent errors: innovations
+    frame by frame, divided by the Cholesky factor of their covariance, and scaled to variance sigma_v^2; nan
+    where missing or used for the initial state.
 
     The recursion updates the posterior of the inputs; a frame depends only on those up to it.
     O(N m (N q)^2).
     """
-    return innovations(likelihood, at, likelihood.error(at)[..., None])[..., 0] / at.noise.flow
-
-
-def innovations(likelihood: MarginalLikelihood, at: Evaluation, columns: Array) -> Array:
-    """Apply the whitening of y - mu to columns (N, m', k) of the rows of the likelihood. Returns (N, m, k)
-    for the observed rows, scaled to variance sigma_v^2; nan where missing or used for the initial state.
-    """
-    space, solved = likelihood.inputs, likelihood.solved(at)
     weights, chosen, scale = space.weights, space.chosen, space.scale
     q, kinds = solved.lags.shape[2], columns.shape[2]
     gains = space.classes[2]
@@ -121,18 +113,13 @@ def innovations(likelihood: MarginalLikelihood, at: Evaluation, columns: Array) 
         P -= gain.T @ gain
         z[np.diag(factor) ** 2 > _LARGEST_VARIANCE * known] = np.nan
         out[k, seen] = z
-    if likelihood.whitening is None:
-        return out
-    rows = likelihood.model.observation.weights.shape[1]
-    unfolded = [likelihood.whitening.unfolded(out[..., j], rows) for j in range(kinds)]
-    return np.stack(unfolded, axis=-1)
+    return out
 
 
-def residual_test(likelihood: MarginalLikelihood, at: Evaluation) -> ResidualTest:
-    """The scores of the whitened residuals at one point."""
-    z = whitened(likelihood, at)
+def residual_test(z: Array, positions: Array) -> ResidualTest:
+    """The scores of whitened residuals z (N, 2 r), nan where missing, of points at `positions` (r, 2) px."""
     frames = len(z)
-    neighbour = _nearest(image_positions(likelihood))
+    neighbour = _nearest(positions)
     by_point = z.reshape(frames, -1, 2)
     time = (z[1:] * z[:-1]).ravel()
     # A single point has no neighbour.
@@ -168,15 +155,6 @@ def _correlation(first: Array, second: Array) -> float:
     a, b = first[there], second[there]
     size = math.sqrt(float(a @ a) * float(b @ b))
     return float(a @ b) / size if size else 0.0
-
-
-def image_positions(likelihood: MarginalLikelihood) -> Array:
-    """(r, 2) px, column and row of the points at rest."""
-    observation = likelihood.model.observation
-    x = likelihood.model.points[observation.points.nodes]
-    rest = np.einsum("rk,rkc->rc", observation.points.weights, x)
-    at: Array = observation.camera.project(rest)[:, :2]
-    return at
 
 
 def _nearest(image: Array) -> NDArray[np.intp]:
