@@ -123,7 +123,7 @@ class Study:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def voice(self, name: str, start: float = START, until: float = np.inf) -> Voice:
+    def voice(self, name: str, start: float = START, until: float | None = None) -> Voice:
         """A run, made where it is missing; one that fails is measured as far as it came."""
         directory = self.folder / name
         print(f"{directory}", file=sys.stderr, flush=True)

@@ -41,7 +41,8 @@ class Change:
     withheld : str
         Why there is no difference; empty if there is one.
     cautions : tuple of str
-        Cautions, each with its side.
+        Of the difference, if scatter or numerical uncertainty may explain it; of the values, each with its
+        side.
     """
 
     before: Measure
@@ -111,7 +112,22 @@ def _change(before: Measure, after: Measure, withheld: str) -> Change:
     interval = None
     if before.replicates is not None and after.replicates is not None:
         interval = difference_interval(before.replicates, after.replicates.mapped(lambda value: value + turn))
-    return Change(before, after, plain + turn, interval, cautions=_cautions(before, after))
+    doubts = _within(before, after, abs(plain + turn)) if interval is None else ()
+    return Change(before, after, plain + turn, interval, cautions=(*doubts, *_cautions(before, after)))
+
+
+def _within(before: Measure, after: Measure, size: float) -> tuple[str, ...]:
+    """What a difference of this size without an interval may come from other than from what was changed."""
+    found = []
+    if 0 < size <= max(before.spread or 0.0, after.spread or 0.0):
+        found.append("the difference is within the scatter of the cycles of one run")
+    one, other = before.uncertainty, after.uncertainty
+    if one is not None and other is not None and 0 < size <= np.hypot(one, other):
+        found.append(
+            "the difference is within the numerical uncertainty of the two values, unless step and mesh are "
+            "the same in both and part of it cancels"
+        )
+    return tuple(found)
 
 
 def _cautions(before: Measure, after: Measure) -> tuple[str, ...]:

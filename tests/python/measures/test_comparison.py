@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -15,6 +17,7 @@ from plica.measures.measured import Measured
 from plica.measures.perturbation import perturbation_measures
 from plica.measures.recorded import mark_shares, recorded_cycles
 from plica.measures.scale import Scale
+from plica.measures.uncertainty import Bound
 from plica.report.comparison import change_row
 from voices import scattered
 
@@ -59,6 +62,40 @@ def test_the_same_record_twice_differs_by_nought_within_the_interval() -> None:
     assert change.difference == 0
     assert change.interval[0] < 0 < change.interval[1]
     assert not change.beyond_scatter
+
+
+@pytest.mark.parametrize(
+    ("difference", "expected"),
+    [
+        (0.0, ()),
+        (0.019, ("scatter", "numerical uncertainty")),
+        (0.021, ("numerical uncertainty",)),  # the larger scatter is 0.02
+        (-0.0499, ("numerical uncertainty",)),  # hypot(0.03, 0.04) = 0.05
+        (-0.0501, ()),
+    ],
+)
+def test_a_difference_of_runs_says_what_else_may_explain_it(
+    difference: float, expected: tuple[str, ...]
+) -> None:
+    one = Measure("open_quotient", 0.5, 0.01, 9, bound=Bound(0.03, "plica uncertainty"))
+    other = Measure("open_quotient", 0.5 + difference, 0.02, 9, bound=Bound(0.04, "plica uncertainty"))
+    (change,) = changes(Measures([one]), Measures([other]))
+    assert len(change.cautions) == len(expected)
+    for text, part in zip(change.cautions, expected, strict=True):
+        assert part in text
+    (unknown,) = changes(Measures([replace(one, bound=None)]), Measures([other]))
+    assert [text for text in unknown.cautions if "numerical" in text] == []
+
+
+def test_a_difference_with_an_interval_has_no_other_judge() -> None:
+    cycles = Cycles(np.arange(21.0), recorded=True)
+    one, other = (
+        Measures([per_cycle("period", cycles, 5 + np.random.default_rng(k).standard_normal(20))])
+        for k in (0, 1)
+    )
+    (change,) = changes(one, other)
+    assert change.interval is not None
+    assert not any("within" in text for text in change.cautions)
 
 
 def test_a_phase_turns_the_short_way() -> None:
