@@ -300,6 +300,17 @@ def test_the_first_frames_alone_are_those_before_missing_ones(frames: int) -> No
         assert short.evaluate(x).gradient == pytest.approx(missing.evaluate(x).gradient, rel=1e-6)
 
 
+@pytest.mark.parametrize("share", [0.0, -0.5, 1.1, math.nan])
+def test_no_part_is_refused(share: float) -> None:
+    with pytest.raises(plica.errors.InvalidInput, match=rf"share = {share:g}; must be in \(0, 1\]"):
+        MarginalLikelihood(one_number(1.0)).of_first(share)
+
+
+def test_a_part_of_one_frame_is_too_short() -> None:
+    with pytest.raises(plica.errors.InvalidInput, match=r"shape \(1, 12, 2\); must be .* with N >= 2"):
+        MarginalLikelihood(one_number(1.0)).of_first(1e-12)
+
+
 @pytest.mark.slow
 def test_a_skipped_cycle_is_left() -> None:
     """A draw of the calibration whose one start ends more than 4 sd away."""
