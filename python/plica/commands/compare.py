@@ -40,7 +40,7 @@ With -o, in DIR:
   comparison.pdf   with --pdf: the page on A4 (pip install 'plica[pdf]')
 
 Two runs of plica run can be compared too: simulations are deterministic, so differences have no interval. One
-that the scatter of cycles or the numerical uncertainty may explain has a note that says so.
+within the numerical uncertainty, or below the standard deviation between cycles, has a note that says so.
 Of two that differ in subglottal pressure it is said if the flow falls as the pressure rises.
 
 examples:

@@ -120,12 +120,12 @@ def _within(before: Measure, after: Measure, size: float) -> tuple[str, ...]:
     """What a difference of this size without an interval may come from other than from what was changed."""
     found = []
     if 0 < size <= max(before.spread or 0.0, after.spread or 0.0):
-        found.append("the difference is within the scatter of the cycles of one run")
-    one, other = before.uncertainty, after.uncertainty
-    if one is not None and other is not None and 0 < size <= np.hypot(one, other):
+        found.append("the difference is smaller than the standard deviation between single cycles")
+    bounds = [item.bound.uncertainty for item in (before, after) if item.bound is not None]
+    if 0 < size <= sum(bounds):  # both errors may have any sign; one that is not known only adds
         found.append(
-            "the difference is within the numerical uncertainty of the two values, unless step and mesh are "
-            "the same in both and part of it cancels"
+            "the difference is within what is known of the numerical uncertainty of the two values, unless "
+            "step and mesh are the same in both and part of it cancels"
         )
     return tuple(found)
 

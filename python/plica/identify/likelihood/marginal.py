@@ -156,7 +156,7 @@ class MarginalLikelihood:
 
     def of_first(self, share: float) -> MarginalLikelihood:
         """The likelihood of the first frames alone that contain this share, in (0, 1], of the frames with
-        data. Raises InvalidInput if it is less than two frames."""
+        data. Raises InvalidInput if that is too short, or shows no motion."""
         if not 0 < share <= 1:
             raise InvalidInput(f"MarginalLikelihood: share = {share:g}; must be in (0, 1].")
         seen = np.flatnonzero(self.model.observation.weights.any(axis=1))

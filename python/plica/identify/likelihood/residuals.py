@@ -43,7 +43,7 @@ class ResidualTest:
     @property
     def passed(self) -> bool:
         """Whether no score is beyond 3.3."""
-        return max(abs(s) for s in (self.in_time, self.in_space, self.tails, self.level)) <= LIMIT
+        return all(abs(s) <= LIMIT for s in (self.in_time, self.in_space, self.tails, self.level))
 
     def sentences(self) -> list[str]:
         """A warning for each score that failed."""

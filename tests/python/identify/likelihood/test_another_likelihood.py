@@ -156,3 +156,11 @@ def test_data_that_know_nothing_of_a_coordinate_name_it() -> None:
         estimate(
             Orifice(np.full(20, 1e-4), 1e-6), options=Scoring(tolerance=1e-12, max_iterations=1, starts=1)
         )
+
+
+@pytest.mark.parametrize("place", range(4))
+def test_a_score_that_is_no_number_is_no_pass(place: int) -> None:
+    scores = [0.0] * 4
+    assert ResidualTest(9, *scores, 0.0, 0.0).passed
+    scores[place] = np.nan
+    assert not ResidualTest(9, *scores, 0.0, 0.0).passed
