@@ -36,13 +36,13 @@ class Change:
     difference : float or None
         After minus before, for angles in (-pi, pi]; None if it is meaningless (`withheld`).
     interval : (float, float) or None
-        95 % interval of the difference; None if one side has no replicates: for runs, and for measures of a
-        whole recording.
+        95 % interval of the difference; None if one side has no replicates: for runs, for measures of a
+        whole recording, and of fewer than three cycles.
     withheld : str
         Why there is no difference; empty if there is one.
     cautions : tuple of str
-        Of the difference, if scatter or numerical uncertainty may explain it; of the values, each with its
-        side.
+        Of the difference, if it is within the numerical uncertainty or below the standard deviation between
+        cycles; of the values, each with its side.
     """
 
     before: Measure

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from plica.errors import SolveFailed
 from plica.identify.estimator.posterior import Posterior
-from plica.identify.estimator.scoring import UNDEFINED_DENSITY, Scoring, climb
+from plica.identify.estimator.scoring import Scoring, climb
 from plica.identify.estimator.starts import ProgressCallback, start_points, with_start_number
-from plica.identify.likelihood.likelihood import E, Likelihood, log_prior
+from plica.identify.likelihood.likelihood import UNDEFINED_DENSITY, EvaluatedT, Likelihood, log_prior
 
 __all__ = ["estimate", "estimate_and_evaluation"]
 
@@ -22,7 +22,7 @@ _SAME_MAXIMUM = 1.0  # posterior sd between end points that count as one maximum
 
 
 def estimate(
-    likelihood: Likelihood[E],
+    likelihood: Likelihood[EvaluatedT],
     start: ArrayLike | None = None,
     options: Scoring | None = None,
     progress: ProgressCallback | None = None,
@@ -51,7 +51,8 @@ def estimate(
     Raises
     ------
     InvalidInput
-        If, at the first start, the data do not depend on a parameter, which is named.
+        If arrays of the likelihood do not fit its names, or if, at the first start, the data do not depend
+        on a parameter, which is named.
     SolveFailed
         If no run converged; the message is that of the first.
     """
@@ -59,16 +60,16 @@ def estimate(
 
 
 def estimate_and_evaluation(
-    likelihood: Likelihood[E],
+    likelihood: Likelihood[EvaluatedT],
     start: ArrayLike | None = None,
     options: Scoring | None = None,
     progress: ProgressCallback | None = None,
     kept: Mapping[int, ArrayLike] | None = None,
-) -> tuple[Posterior, E]:
+) -> tuple[Posterior, EvaluatedT]:
     """`estimate`, with the last evaluation of the run whose end is returned."""
     options = options or Scoring()
     first = likelihood.prior_mean if start is None else np.array(start, dtype=float)
-    ends: list[tuple[Posterior, E]] = []
+    ends: list[tuple[Posterior, EvaluatedT]] = []
     failure: Exception | None = None
     tried = 0
     resumed = {number: np.array(point, dtype=float) for number, point in (kept or {}).items()}
@@ -91,7 +92,9 @@ def estimate_and_evaluation(
     return replace(best, starts=tried, ended_here=here), at
 
 
-def _best_end(likelihood: Likelihood[E], ends: list[tuple[Posterior, E]]) -> tuple[tuple[Posterior, E], int]:
+def _best_end(
+    likelihood: Likelihood[EvaluatedT], ends: list[tuple[Posterior, EvaluatedT]]
+) -> tuple[tuple[Posterior, EvaluatedT], int]:
     """The end point of the highest density, and how many end points are within one sd of it."""
     best = max(ends, key=lambda end: end[0].log_likelihood + log_prior(likelihood, end[1].point))
     precision = np.linalg.inv(best[0].statistical_covariance)

@@ -26,12 +26,12 @@ LARGEST_SHIFT = 1.0
 
 @dataclass(frozen=True)
 class Posterior:
-    """The Gaussian posterior of log theta."""
+    """The Gaussian posterior of the coordinates of a likelihood; of tissue: of log theta, and angles."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     mean: Array
-    """(p) of log theta"""
+    """(p) of the coordinates"""
     information: Array
     """(p, p) Fisher information of the data alone"""
     prior_mean: Array
@@ -43,7 +43,7 @@ class Posterior:
     mesh_shift: Array | None = None
     """(p) log theta on this mesh minus that on a coarser one; None without a second mesh"""
     logarithmic: NDArray[np.bool_] | None = None
-    """(p) Whether each coordinate is a logarithm, as all but angles are; None: all"""
+    """(p) Whether each coordinate is a logarithm, as all of tissue but angles are; None: all"""
     notes: tuple[str, ...] = field(default=())
     inflation: Array | None = None
     """(p) >= 1, factor on the sd on this mesh because the residuals fail their test; None: they pass, or it
@@ -77,19 +77,19 @@ class Posterior:
 
     @property
     def statistical_covariance(self) -> Array:
-        """(p, p) of log theta on this mesh: (I + P)^-1, times the inflation of both coordinates."""
+        """(p, p) of the coordinates on this mesh: (I + P)^-1, times the inflation of both coordinates."""
         alone = np.asarray(np.linalg.inv(self.information + np.diag(1 / self.prior_sd**2)))
         return alone if self.inflation is None else alone * np.outer(self.inflation, self.inflation)
 
     @property
     def covariance(self) -> Array:
-        """(p, p) of log theta, including the mesh shift as a rank-one term."""
+        """(p, p) of the coordinates, including the mesh shift as a rank-one term."""
         shift = np.zeros(len(self.names)) if self.mesh_shift is None else self.mesh_shift
         return self.statistical_covariance + np.outer(shift, shift)
 
     @property
     def sd(self) -> Array:
-        """(p) of log theta (the relative sd if small) and of angles, including the mesh shift."""
+        """(p) of the coordinates (of a logarithm the relative sd if small), including the mesh shift."""
         return np.sqrt(np.diag(self.covariance))
 
     @property

@@ -11,19 +11,21 @@ from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, SolveFailed
 from plica.identify.estimator.posterior import Posterior
-from plica.identify.likelihood.likelihood import E, Likelihood, log_prior
+from plica.identify.likelihood.likelihood import (
+    UNDEFINED_DENSITY,
+    EvaluatedT,
+    Likelihood,
+    log_prior,
+    require_shapes,
+)
 
-__all__ = ["UNDEFINED_DENSITY", "Iteration", "Scoring", "climb"]
+__all__ = ["Iteration", "Scoring", "climb"]
 
 Array = NDArray[np.float64]
 NEAR = 2.0
 """[posterior sd] Once a step is shorter than this, the curvature is the information at that point with BFGS
 updates from the gradients: if the model does not hold, the curvature differs from the information, and plain
 scoring would oscillate about the maximum."""
-
-UNDEFINED_DENSITY = (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError)
-"""Exceptions raised where the density is undefined: a material is not positive definite, a camera looks up, a
-solve fails or a number overflows."""
 
 LARGEST_BOOST = 64.0
 """Largest factor on a scoring step. Far from the maximum the unknown pressures are estimated as large, and
@@ -70,11 +72,11 @@ class Iteration:
 
 
 def climb(
-    likelihood: Likelihood[E],
+    likelihood: Likelihood[EvaluatedT],
     start: Array,
     options: Scoring,
     progress: Callable[[Iteration], None] | None = None,
-) -> tuple[Posterior, E]:
+) -> tuple[Posterior, EvaluatedT]:
     """The maximum reached uphill from `start` (p), with the Gaussian approximation there, and the last
     evaluation.
 
@@ -82,9 +84,11 @@ def climb(
     the log posterior; near the end I is corrected by the changes of the gradient. A step is halved until the
     density increases. The last, short step is taken if it increases the density. Raises as `estimate`.
     """
-    precision = np.diag(1 / likelihood.prior_sd**2)
     x = np.array(start, dtype=float)
+    require_shapes(likelihood, x)
+    precision = np.diag(1 / likelihood.prior_sd**2)
     now = likelihood.evaluate(x)
+    require_shapes(likelihood, x, now)
     _require_dependence(likelihood, now)
     value = now.value + log_prior(likelihood, x)
     curvature: Array | None = None
@@ -147,7 +151,9 @@ def _require_definite(information: Array, number: int) -> None:
         ) from None
 
 
-def _posterior(likelihood: Likelihood[E], now: E, value: float, step: Array, iterations: int) -> Posterior:
+def _posterior(
+    likelihood: Likelihood[EvaluatedT], now: EvaluatedT, value: float, step: Array, iterations: int
+) -> Posterior:
     """The posterior after the last step from a point of log density `value`, or at that point if the density
     decreases."""
 
@@ -189,8 +195,8 @@ def _updated(curvature: Array, step: Array, change: Array) -> Array | None:
 
 
 def _line_search(
-    likelihood: Likelihood[E], x: Array, step: Array, value: float, slope: float, options: Scoring
-) -> tuple[Array, E, float] | str:
+    likelihood: Likelihood[EvaluatedT], x: Array, step: Array, value: float, slope: float, options: Scoring
+) -> tuple[Array, EvaluatedT, float] | str:
     """The first of step, step / 2, ... that increases the density by 1e-4 of what the slope predicts.
 
     A step to an undefined density (`UNDEFINED_DENSITY`) is too long. If no step is short enough, returns the
@@ -211,7 +217,7 @@ def _line_search(
     return last
 
 
-def _require_dependence(likelihood: Likelihood[E], at: E) -> None:
+def _require_dependence(likelihood: Likelihood[EvaluatedT], at: EvaluatedT) -> None:
     shares = np.diag(at.information) * likelihood.prior_sd**2
     for name, share in zip(likelihood.names, shares, strict=True):
         if not share > 1e-10:

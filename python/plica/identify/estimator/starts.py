@@ -18,8 +18,8 @@ from scipy import special
 from scipy.stats import qmc
 
 from plica.errors import InvalidInput
-from plica.identify.estimator.scoring import UNDEFINED_DENSITY, Iteration, Scoring, climb
-from plica.identify.likelihood.likelihood import E, Likelihood, log_prior
+from plica.identify.estimator.scoring import Iteration, Scoring, climb
+from plica.identify.likelihood.likelihood import UNDEFINED_DENSITY, EvaluatedT, Likelihood, log_prior
 from plica.identify.settings import MOST_STARTS
 
 __all__ = ["ProgressCallback", "graduated", "start_points", "with_start_number"]
@@ -35,7 +35,7 @@ _SAMPLES = MOST_STARTS - 2
 
 
 def start_points(
-    likelihood: Likelihood[E],
+    likelihood: Likelihood[EvaluatedT],
     first: Array,
     options: Scoring,
     progress: ProgressCallback | None = None,
@@ -70,7 +70,10 @@ def with_start_number(
 
 
 def graduated(
-    likelihood: Likelihood[E], start: Array, options: Scoring, progress: ProgressCallback | None = None
+    likelihood: Likelihood[EvaluatedT],
+    start: Array,
+    options: Scoring,
+    progress: ProgressCallback | None = None,
 ) -> Array:
     """(p) The end of climbs on the first quarter and the first half; `start` if neither converges."""
     rough = replace(options, tolerance=max(options.tolerance, _ROUGH))
@@ -83,7 +86,9 @@ def graduated(
     return start
 
 
-def _ranked_prior_samples(likelihood: Likelihood[E], progress: ProgressCallback | None) -> list[Array]:
+def _ranked_prior_samples(
+    likelihood: Likelihood[EvaluatedT], progress: ProgressCallback | None
+) -> list[Array]:
     """Prior samples (p), the most probable first, without those of undefined density. Empty if the first
     quarter is too short or shows no motion."""
     share = _SHARES[0]

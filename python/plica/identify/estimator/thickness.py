@@ -15,7 +15,7 @@ from plica import _engine
 from plica.camera.visible_faces import lattice, shapes
 from plica.errors import InvalidInput
 from plica.identify.estimator.posterior import Posterior
-from plica.identify.estimator.scoring import UNDEFINED_DENSITY
+from plica.identify.likelihood.likelihood import UNDEFINED_DENSITY
 from plica.identify.likelihood.marginal import MarginalLikelihood
 from plica.identify.model.model import MotionModel
 from plica.scene.mesh.changed import changed_mesh

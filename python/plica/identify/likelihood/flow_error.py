@@ -117,8 +117,11 @@ class Whitening:
                 rows.append(shown * width + row)
                 columns.append(np.full(len(shown), 2 * j + d))
                 values.append(share * filtered[shown, j // 2, d])
+        shape = (frames * width, 4 * motion.shape[1])
+        if not rows:  # no point is seen for as long as the error's lags
+            return sparse.csc_array(shape)
         entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-        return sparse.coo_array(entries, shape=(frames * width, 4 * motion.shape[1])).tocsc()
+        return sparse.coo_array(entries, shape=shape).tocsc()
 
     def unfolded(self, values: Array, rows: int) -> Array:
         """(N, m) values of the observed rows from (N, m') of these; nan where a value has no row."""

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Protocol, Self, TypeVar
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from plica.errors import InvalidInput, SolveFailed
 from plica.identify.likelihood.noise_levels import Noise
 from plica.identify.likelihood.residuals import ResidualTest
 
-__all__ = ["Evaluated", "Likelihood", "log_prior"]
+__all__ = ["UNDEFINED_DENSITY", "Evaluated", "Likelihood", "log_prior", "require_shapes"]
 
 Array = NDArray[np.float64]
+UNDEFINED_DENSITY = (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError)
+"""Exceptions raised where the density is undefined: a material is not positive definite, a camera looks up, a
+solve fails or a number overflows."""
 
 
 class Evaluated(Protocol):
@@ -39,17 +43,17 @@ class Evaluated(Protocol):
         """The error levels at this point; ``Noise()`` if none is unknown"""
 
 
-E = TypeVar("E", bound=Evaluated)
+EvaluatedT = TypeVar("EvaluatedT", bound=Evaluated)
 
 
-class Likelihood(Protocol[E]):
+class Likelihood(Protocol[EvaluatedT]):
     """The log-likelihood of data as a function of p coordinates, with a Gaussian prior of each.
 
     `estimate` needs nothing else: the model may be linear or not, with parameters of the tissue or of
     anything else. `MarginalLikelihood` is that of a recording and linear tissue.
 
-    `value` and `evaluate` raise InvalidInput, SolveFailed, ArithmeticError or LinAlgError where the density
-    is not defined; the search then takes a shorter step.
+    `value` and `evaluate` raise one of `UNDEFINED_DENSITY` where the density is not defined; the search then
+    takes a shorter step.
     """
 
     @property
@@ -75,10 +79,10 @@ class Likelihood(Protocol[E]):
     def value(self, x: Array, /) -> float:
         """log p(y | x)."""
 
-    def evaluate(self, x: Array, /) -> E:
+    def evaluate(self, x: Array, /) -> EvaluatedT:
         """The same with its derivatives."""
 
-    def residual_test(self, at: E, /) -> ResidualTest:
+    def residual_test(self, at: EvaluatedT, /) -> ResidualTest:
         """Whether the residuals at a point are those of a model that holds. If not, `estimate` looks for
         other maxima."""
 
@@ -87,6 +91,30 @@ class Likelihood(Protocol[E]):
         in (0, 1]. Raises InvalidInput if that part is too short."""
 
 
-def log_prior(likelihood: Likelihood[E], x: Array) -> float:
+def log_prior(likelihood: Likelihood[EvaluatedT], x: Array) -> float:
     """The log of the Gaussian prior of the coordinates x (p), without its constant."""
     return float(-0.5 * np.sum(((x - likelihood.prior_mean) / likelihood.prior_sd) ** 2))
+
+
+def require_shapes(likelihood: Likelihood[EvaluatedT], x: Array, at: EvaluatedT | None = None) -> None:
+    """Raises InvalidInput, naming the array, unless those of a likelihood, a point x and an evaluation have
+    the shapes that the p names ask for, and each sd is > 0."""
+    p = len(likelihood.names)
+    found: dict[str, tuple[NDArray[Any], tuple[int, ...]]] = {
+        "logarithmic": (likelihood.logarithmic, (p,)),
+        "prior_mean": (likelihood.prior_mean, (p,)),
+        "prior_sd": (likelihood.prior_sd, (p,)),
+        "start": (x, (p,)),
+    }
+    if at is not None:
+        found |= {"gradient": (at.gradient, (p,)), "information": (at.information, (p, p))}
+    for name, (array, shape) in found.items():
+        if np.shape(array) != shape:
+            raise InvalidInput(
+                f"estimate: {name} of the likelihood has shape {np.shape(array)}; must be {shape}, by "
+                f"its {p} names."
+            )
+    if not np.all(likelihood.prior_sd > 0):
+        raise InvalidInput(
+            f"estimate: prior_sd of the likelihood = {np.min(likelihood.prior_sd):g}; must be > 0."
+        )

@@ -160,7 +160,7 @@ class MarginalLikelihood:
         if not 0 < share <= 1:
             raise InvalidInput(f"MarginalLikelihood: share = {share:g}; must be in (0, 1].")
         seen = np.flatnonzero(self.model.observation.weights.any(axis=1))
-        count = max(math.ceil(share * len(seen) - 1e-9), 1)  # 5 / 12 of 12 is 5
+        count = max(math.ceil(share * len(seen) - 1e-9), 1)  # 7 / 25 of 25 is 7, which it exceeds in floats
         frames = int(seen[count - 1]) + 1
         error = None if self.flow_error is None else self.flow_error.of_first(frames)
         return MarginalLikelihood(self.model.of_first(frames), self.fixed_noise, error)

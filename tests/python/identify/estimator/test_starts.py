@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 import plica
 from benchmarks.identification.calibration import Drawn
-from layered_block import layered_model, one_number, simulated
+from layered_block import SIZE, layered_model, one_number, shown, simulated
 from plica.identify import (
     Evaluation,
     Iteration,
@@ -300,10 +300,42 @@ def test_the_first_frames_alone_are_those_before_missing_ones(frames: int) -> No
         assert short.evaluate(x).gradient == pytest.approx(missing.evaluate(x).gradient, rel=1e-6)
 
 
+def test_a_part_shorter_than_the_lags_of_the_flows_error_is_refused() -> None:
+    model = one_number(1.0)
+    frames = model.observation.frames
+    error = FlowError(
+        sd=np.full(12, 0.1),
+        by_frame=np.ones(frames),
+        in_time=np.array([-0.4, 0.15]),
+        share=0.0,
+        length=1.0,
+        neighbours=np.full((12, 3), -1),
+        distances=np.ones((12, 12)),
+        motion=np.ones((frames, 12, 2)),
+        outliers=np.zeros((frames, 12), dtype=bool),
+    )
+    with pytest.raises(plica.errors.InvalidInput, match="lags"):
+        MarginalLikelihood(model, flow_error=error).of_first(2 / frames)
+
+
 @pytest.mark.parametrize("share", [0.0, -0.5, 1.1, math.nan])
 def test_no_part_is_refused(share: float) -> None:
     with pytest.raises(plica.errors.InvalidInput, match=rf"share = {share:g}; must be in \(0, 1\]"):
         MarginalLikelihood(one_number(1.0)).of_first(share)
+
+
+def test_a_share_that_floats_exceed_takes_no_frame_more() -> None:
+    assert 7 / 25 * 25 > 7
+    likelihood = MarginalLikelihood(layered_model(["cover.E"], np.ones((25, 12, 2))))
+    assert likelihood.of_first(7 / 25).model.observation.frames == 7
+
+
+def test_points_stand_at_their_column_and_row() -> None:
+    """Those of the grid that the camera, which looks down at the block, was asked for."""
+    x, y = np.meshgrid(np.linspace(0.3e-3, 3.7e-3, 3), np.linspace(1e-3, 5e-3, 4))
+    asked = shown(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, SIZE[2])]))
+    assert not np.allclose(asked, asked[:, ::-1])
+    assert one_number(1.0).image_positions == pytest.approx(asked, rel=1e-9)
 
 
 def test_a_part_of_one_frame_is_too_short() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -113,7 +113,8 @@ def test_an_unknown_pressure_is_identified() -> None:
     truth = np.array([800.0, 0.1])
     sd = 2e-6
     rng = np.random.default_rng(7)
-    clean = Orifice(np.zeros(60), sd).predicted(np.log(truth))[0]
+    areas = 1e-5 * (1 + np.sin(2 * np.pi * 0.13 * np.arange(60)))
+    clean = (areas + 0.1e-5) * (2 * 800.0 / 1.14) ** 0.5
     likelihood = Orifice(clean + rng.normal(0, sd, 60), sd)
     found = estimate(likelihood, options=Scoring(tolerance=1e-6))
 
@@ -161,6 +162,36 @@ def test_data_that_know_nothing_of_a_coordinate_name_it() -> None:
 @pytest.mark.parametrize("place", range(4))
 def test_a_score_that_is_no_number_is_no_pass(place: int) -> None:
     scores = [0.0] * 4
-    assert ResidualTest(9, *scores, 0.0, 0.0).passed
+    assert ResidualTest(9, scores[0], scores[1], scores[2], scores[3], 0.0, 0.0).passed
     scores[place] = np.nan
-    assert not ResidualTest(9, *scores, 0.0, 0.0).passed
+    assert not ResidualTest(9, scores[0], scores[1], scores[2], scores[3], 0.0, 0.0).passed
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("prior_mean", np.zeros(3), r"prior_mean .* shape \(3,\); must be \(2,\)"),
+        ("prior_sd", np.array(1.0), r"prior_sd .* shape \(\); must be \(2,\)"),
+        ("prior_sd", np.array([1.0, 0.0]), r"prior_sd .* = 0; must be > 0"),
+        ("logarithmic", np.array([True]), r"logarithmic .* shape \(1,\); must be \(2,\)"),
+    ],
+)
+def test_arrays_that_do_not_fit_the_names_are_named(name: str, value: Array, message: str) -> None:
+    likelihood = Independent(np.ones(20), 0.1)
+    setattr(likelihood, name, value)
+    with pytest.raises(InvalidInput, match=message):
+        estimate(likelihood, np.zeros(2))
+
+
+def test_a_start_and_derivatives_that_do_not_fit_are_named() -> None:
+    """A start of one number would be spread over all coordinates by numpy."""
+    with pytest.raises(InvalidInput, match=r"start .* shape \(1,\); must be \(2,\)"):
+        estimate(Independent(np.ones(20), 0.1), [0.5])
+
+    class Diagonal(Independent):
+        def evaluate(self, x: Array) -> At:
+            at = super().evaluate(x)
+            return replace(at, information=np.diag(at.information))
+
+    with pytest.raises(InvalidInput, match=r"information .* shape \(2,\); must be \(2, 2\)"):
+        estimate(Diagonal(np.ones(20), 0.1))
