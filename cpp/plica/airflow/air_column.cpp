@@ -1,6 +1,21 @@
 #include "plica/airflow/air_column.hpp"
 
+#include "plica/core/error.hpp"
+
 namespace plica {
+
+std::vector<double> AirColumn::Memory::numbers() const { return {flow_stopped ? 1.0 : 0.0}; }
+
+AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
+  if (numbers.size() != 1)
+    throw InvalidInput("AirColumn", "numbers of its memory", static_cast<double>(numbers.size()), "", "1");
+  return {numbers[0] != 0};
+}
+
+FlowState AirColumn::start(const Vector& areas) {
+  begin_step({}, 0.0, 0.0);
+  return evaluate(areas, Instant::last);
+}
 
 void AirColumn::begin_step(const Memory& memory, double last, double ahead) {
   now_ = memory;

@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <vector>
 
 #include "plica/airflow/airflow.hpp"
 
@@ -11,9 +12,12 @@ namespace plica {
 class AirColumn {
  public:
   enum class Instant { last, weighted };  // t_n, t_{n+1+alpha}
-  /// At the end of a step.
+  /// At the end of a step, as what a file keeps.
   struct Memory {
     bool flow_stopped = false;
+    std::vector<double> numbers() const;
+    /// Throws InvalidInput for numbers that are not such.
+    static Memory of(const std::vector<double>& numbers);
   };
   /// What an evaluation keeps, whatever the areas.
   struct Held {
@@ -25,6 +29,8 @@ class AirColumn {
   explicit AirColumn(const Airflow& airflow) : airflow_(&airflow) {}
 
   const Airflow& airflow() const { return *airflow_; }
+  /// The flow through areas (s) m^2 at t = 0, before which nothing was.
+  FlowState start(const Vector& areas);
   /// A step begins at t_n = `last` (s), whose loads are those of t_n + `ahead`.
   void begin_step(const Memory& memory, double last, double ahead);
   /// What drives the flow then.

@@ -118,26 +118,27 @@ FlowState Airflow::evaluate(const Vector& areas, const Air& air, bool stopped,
   return bernoulli_flow(air, closed_area_, areas, stopped, separation);
 }
 
-double Airflow::pressure_at(const Place& place, double below, const Vector& pressure) {
-  if (place.region == Region::below) return below;
-  if (place.region == Region::above) return 0;
-  return interpolate(pressure, {place.section, place.weight});
+double Airflow::pressure_at(const Place& place, const AirwayPressure& pressure) {
+  if (place.region == Region::below) return pressure.below;
+  if (place.region == Region::above) return pressure.above;
+  return interpolate(pressure.sections, {place.section, place.weight});
 }
 
-Vector Airflow::nodal_pressure(double below, const Vector& pressure) const {
-  require_size("Airflow", "pressure", pressure.size(), sections_.count());
+Vector Airflow::nodal_pressure(const AirwayPressure& pressure) const {
+  require_size("Airflow", "pressure", pressure.sections.size(), sections_.count());
   Vector nodal(nodes_.size());
-  for (std::ptrdiff_t n = 0; n < nodal.size(); ++n) nodal[n] = pressure_at(places_[n], below, pressure);
+  for (std::ptrdiff_t n = 0; n < nodal.size(); ++n) nodal[n] = pressure_at(places_[n], pressure);
   return nodal;
 }
 
-void Airflow::add_load(const Points& x, double below, const Vector& pressure, Vector& force) const {
-  require_size("Airflow", "pressure", pressure.size(), sections_.count());
+void Airflow::add_load(const Points& x, const AirwayPressure& pressure, Vector& force) const {
+  require_size("Airflow", "pressure", pressure.sections.size(), sections_.count());
   require_at_least("Airflow", "x", x.rows(), nodes_[nodes_.size() - 1] + std::ptrdiff_t{1});
   require_size("Airflow", "force", force.size(), x.size());
   auto forces = as_points(force);
   if (std::holds_alternative<ReferenceShape>(options_.load_shape)) {
-    const Vector load = below * patterns_.subglottal + patterns_.sections * pressure;
+    Vector load = pressure.below * patterns_.below + patterns_.sections * pressure.sections;
+    if (pressure.above != 0) load += pressure.above * patterns_.above;
     for (std::ptrdiff_t n = 0; n < nodes_.size(); ++n) forces.row(nodes_[n]) += load.segment<3>(3 * n).transpose();
     return;
   }
@@ -146,7 +147,7 @@ void Airflow::add_load(const Points& x, double below, const Vector& pressure, Ve
   for (std::ptrdiff_t f = 0; f < faces_.rows(); ++f) {
     for (std::ptrdiff_t c = 0; c < faces_.cols(); ++c) {
       position.row(c) = x.row(faces_(f, c));
-      value[c] = pressure_at(places_[face_rows_(f, c)], below, pressure);
+      value[c] = pressure_at(places_[face_rows_(f, c)], pressure);
     }
     if ((value.array() == 0).all()) continue;  // downstream of the separation
     const FaceVectors load = pressure_load(position, value);

@@ -54,15 +54,13 @@ class Airflow {
     return evaluate(areas, air(options_.rise), stopped, separation);
   }
   /// Adds the consistent nodal force of the pressure on the interface at positions x to force (3 n), N (Eq. 17);
-  /// curved six-node faces are integrated as they are. `pressure` (s) Pa of the sections, `below` Pa of what is
-  /// below the first: FlowState::subglottal_pressure. On the reference shape it is that of load_patterns; on the
+  /// curved six-node faces are integrated as they are. On the reference shape it is that of load_patterns; on the
   /// current one faces interpolate nodal_pressure.
-  void add_load(const Points& x, double below, const Vector& pressure, Vector& force) const;
+  void add_load(const Points& x, const AirwayPressure& pressure, Vector& force) const;
   /// The load on the reference shape as a linear map of the section pressures.
   const LoadPatterns& load_patterns() const { return patterns_; }
-  /// (surface nodes) Pa, interpolated between sections along the reference height; `below` under the first
-  /// section, 0 above the last.
-  Vector nodal_pressure(double below, const Vector& pressure) const;
+  /// (surface nodes) Pa, interpolated between sections along the reference height.
+  Vector nodal_pressure(const AirwayPressure& pressure) const;
   /// Whether contact can stop the flow, and the flow jump.
   bool stops_at_contact() const { return std::holds_alternative<Bernoulli>(options_.model); }
   /// Whether contact at height z_bc, anteroposterior y_bc stops the flow: within tau * y_i of the middle.
@@ -75,7 +73,7 @@ class Airflow {
     std::int32_t section;  // the one at or below
     double weight;         // of the next one
   };
-  static double pressure_at(const Place& place, double below, const Vector& pressure);
+  static double pressure_at(const Place& place, const AirwayPressure& pressure);
 
   Options options_;
   Sections sections_;

@@ -61,6 +61,7 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
   FlowState state;
   state.area = areas;
   state.subglottal_pressure = air.subglottal_pressure;
+  state.supraglottal_pressure = air.supraglottal_pressure;
   std::ptrdiff_t least = 0;
   const double least_area = areas.minCoeff(&least);
   state.stopped = stopped;
@@ -76,13 +77,14 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
     state.separation = static_cast<int>(least);
   }
   const double throat = state.stopped ? 0 : std::max(areas[state.separation], 0.0);
-  state.pressure = Vector::Zero(areas.size());
+  const double drop = air.subglottal_pressure - air.supraglottal_pressure;
+  state.pressure = Vector::Constant(areas.size(), air.supraglottal_pressure);
   for (int i = 0; i < state.separation; ++i) {
     const double ratio = throat < areas[i] ? throat / areas[i] : (throat > 0 ? 1.0 : 0.0);
-    state.pressure[i] = air.subglottal_pressure * (1 - ratio * ratio);
+    state.pressure[i] += drop * (1 - ratio * ratio);
   }
-  state.flow = std::sqrt(2 * air.subglottal_pressure / air.density) * throat;
-  state.supplied_power = state.jet_power = air.subglottal_pressure * state.flow;
+  state.flow = std::copysign(std::sqrt(2 * std::abs(drop) / air.density) * throat, drop);
+  state.supplied_power = state.jet_power = drop * state.flow;
   return state;
 }
 
@@ -96,6 +98,7 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   FlowState state;
   state.area = areas;
   state.subglottal_pressure = air.subglottal_pressure;
+  state.supraglottal_pressure = air.supraglottal_pressure;
   Vector a(count);
   for (std::ptrdiff_t i = 0; i < count; ++i)
     a[i] = floored(areas[i], model.least_gap * channel.length[i] * channel.length[i]);
@@ -127,12 +130,13 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
     resistance[i] = resistance[i - 1] + 12 * model.air_viscosity * channel.length[i - 1] * channel.length[i] *
                                             (channel.height[i] - channel.height[i - 1]) * friction;
   }
-  const double exit = stream[count - 1], total = resistance[count - 1], pressure = air.subglottal_pressure;
-  if (pressure > 0)  // else 0, which 0 / 0 is not where there is no friction
-    state.flow = 2 * pressure / (total + std::sqrt(total * total + 2 * air.density * pressure * exit));
-  const double head = 0.5 * air.density * state.flow * state.flow;
-  stream = head * (exit - stream.array()) + state.flow * (total - resistance.array());
-  state.supplied_power = pressure * state.flow;
+  const double exit = stream[count - 1], total = resistance[count - 1];
+  const double drop = air.subglottal_pressure - air.supraglottal_pressure;
+  if (drop != 0)  // else 0, which 0 / 0 is not where there is no friction
+    state.flow = 2 * drop / (total + std::sqrt(total * total + 2 * air.density * std::abs(drop) * exit));
+  const double head = 0.5 * air.density * state.flow * std::abs(state.flow);
+  stream = air.supraglottal_pressure + head * (exit - stream.array()) + state.flow * (total - resistance.array());
+  state.supplied_power = drop * state.flow;
   state.jet_power = head * exit * state.flow;
   state.viscous_power = total * state.flow * state.flow;
   return state;

@@ -5,23 +5,35 @@
 
 namespace plica {
 
+/// What presses on the walls of the airway, Pa: below the first section, at the sections, above the last.
+struct AirwayPressure {
+  double below = 0.0;
+  Vector sections;  // (s)
+  double above = 0.0;
+  bool same_ends(const AirwayPressure& other) const { return below == other.below && above == other.above; }
+};
+
 /// What the flow does at one instant.
 struct FlowState {
-  Vector area;                       // (s) m^2, of each section
-  Vector pressure;                   // (s) Pa, at each section
-  int separation = 0;                // first section of the free jet; the last one where it leaves at the exit
-  bool stopped = false;              // Bernoulli only: contact inside the middle of the glottis, or no area left
-  double subglottal_pressure = 0.0;  // Pa, of the air that drives it
-  double flow = 0.0;                 // m^3/s
-  double supplied_power = 0.0;       // W, subglottal pressure times flow; equal to the sum of the next two
-  double jet_power = 0.0;            // W, kinetic energy that leaves with the jet
-  double viscous_power = 0.0;        // W, lost to friction at the walls
+  Vector area;                         // (s) m^2, of each section
+  Vector pressure;                     // (s) Pa, at each section
+  int separation = 0;                  // first section of the free jet; the last one where it leaves at the exit
+  bool stopped = false;                // Bernoulli only: contact inside the middle of the glottis, or no area left
+  double subglottal_pressure = 0.0;    // Pa, below the first section
+  double supraglottal_pressure = 0.0;  // Pa, in the jet and above the last section
+  double flow = 0.0;                   // m^3/s, upwards
+  double supplied_power = 0.0;         // W, the difference of these pressures times flow: the sum of the next two
+  double jet_power = 0.0;              // W, kinetic energy that leaves with the jet
+  double viscous_power = 0.0;          // W, lost to friction at the walls
+
+  AirwayPressure on_walls() const { return {subglottal_pressure, pressure, supraglottal_pressure}; }
 };
 
 /// The air that drives the flow.
 struct Air {
-  double subglottal_pressure = 800.0;  // Pa, >= 0, above the pressure at the glottal exit
+  double subglottal_pressure = 800.0;  // Pa, below the first section
   double density = 1.23;               // kg/m^3, > 0
+  double supraglottal_pressure = 0.0;  // Pa, above the last section; where it is the larger one, air flows back
 };
 
 /// The thesis's flow, Paper A, Eqs. (1) and (2): inviscid, separated at the section of least area, stopped by
@@ -50,8 +62,9 @@ struct Channel {
   const Vector& length;
 };
 
-/// p_i = p_s (1 - (a_min / a_i)^2) upstream of the separation, 0 from there on (Eqs. 1 and 2); stopped, or
-/// a_min <= 0: p_i = p_s upstream, 0 from there on, no flow. Areas up to `closed_area` count as closed where the
+/// p_i = p_s (1 - (a_min / a_i)^2) upstream of the separation, 0 from there on (Eqs. 1 and 2), above the
+/// supraglottal pressure, which the thesis takes as 0; stopped, or a_min <= 0: p_i = p_s upstream, 0 from there
+/// on, no flow. Areas up to `closed_area` count as closed where the
 /// flow is stopped. With a given `separation` both it and `stopped` are held, whatever the areas: a_min is then
 /// the area there (at least 0) and a ratio above 1 counts as 1, so that pressures are continuous in the areas and
 /// within [0, p_s]. O(s).
@@ -63,8 +76,10 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
 ///   p_s = rho U^2 / (2 e_exit^2) + U R,  p(z) = p_s - rho U^2 / (2 e(z)^2) - U R(z),
 ///   R(z) = integral up to z of 12 mu W^2 s / a^3,
 /// the wall's friction factor s falling linearly in a from 1 at a = m to 0 where the stream leaves the wall,
-/// a = r m. Areas are linear between sections and R is exact for that. Pressures are 0 in the free jet and may be
-/// negative where the glottis widens. Areas are finite, which Airflow::evaluate checks. O(s).
+/// a = r m. Areas are linear between sections and R is exact for that. Pressures are above the supraglottal one:
+/// 0 in the free jet, and negative where the glottis widens. With D the difference of both pressures,
+/// U = 2 D / (R + sqrt(R^2 + 2 rho |D| / e_exit^2)). Air that flows back has the same loss: where its jet would
+/// leave the wall is not modelled. Areas are finite, which Airflow::evaluate checks. O(s).
 FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel, const Vector& areas);
 
 }  // namespace plica

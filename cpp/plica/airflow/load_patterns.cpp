@@ -50,7 +50,7 @@ LoadPatterns load_patterns(const Points& x, const Faces& faces, const Vector& he
       samples.push_back({face_shapes(width, at[0], at[1]), part * q.weight});
     }
   }
-  LoadPatterns patterns{{x.size(), count}, Vector::Zero(x.size())};
+  LoadPatterns patterns{{x.size(), count}, Vector::Zero(x.size()), Vector::Zero(x.size())};
   std::vector<Eigen::Triplet<double>> entries;
   Points nodes(width, 3);
   for (std::ptrdiff_t f = 0; f < faces.rows(); ++f) {
@@ -61,16 +61,16 @@ LoadPatterns load_patterns(const Points& x, const Faces& faces, const Vector& he
     const std::ptrdiff_t from = interval_of(height, z.minCoeff());
     const std::ptrdiff_t to = std::min(interval_of(height, z.maxCoeff()) + 1, count - 1);
     Eigen::MatrixXd local = Eigen::MatrixXd::Zero(3 * width, to - from + 1);  // sections from .. to
-    Vector below = Vector::Zero(3 * width);
+    Vector below = Vector::Zero(3 * width), above = Vector::Zero(3 * width);
     for (std::ptrdiff_t q = 0; q < z.size(); ++q) {
-      if (z[q] > height[count - 1] + same) continue;
       const auto& [shapes, weight] = samples[static_cast<std::size_t>(q)];
       const Vector3 u = nodes.transpose() * shapes.along_r, v = nodes.transpose() * shapes.along_s;
       const Vector3 area = weight * u.cross(v);
       Vector load(3 * width);
       for (std::ptrdiff_t l = 0; l < width; ++l) load.segment<3>(3 * l) = -shapes.value[l] * area;
-      if (z[q] < height[0] - same) {
-        below += load;
+      const bool under = z[q] < height[0] - same;
+      if (under || z[q] > height[count - 1] + same) {
+        (under ? below : above) += load;
         continue;
       }
       const std::ptrdiff_t i = interval_of(height, z[q]), next = std::min(i + 1, count - 1);
@@ -81,7 +81,8 @@ LoadPatterns load_patterns(const Points& x, const Faces& faces, const Vector& he
     for (std::ptrdiff_t l = 0; l < width; ++l)
       for (int c = 0; c < 3; ++c) {
         const std::ptrdiff_t row = 3 * faces(f, l) + c;
-        patterns.subglottal[row] += below[3 * l + c];
+        patterns.below[row] += below[3 * l + c];
+        patterns.above[row] += above[3 * l + c];
         for (std::ptrdiff_t i = from; i <= to; ++i)
           if (local(3 * l + c, i - from) != 0)
             entries.emplace_back(static_cast<int>(row), static_cast<int>(i), local(3 * l + c, i - from));

@@ -6,10 +6,10 @@
 namespace plica {
 
 /// The load of pressures on the surface at rest, linear in them: (3 nodes) N, three components a node, is
-/// p_s * subglottal + sections * p.
+/// below * p_below + sections * p + above * p_above.
 struct LoadPatterns {
   Eigen::SparseMatrix<double, Eigen::RowMajor> sections;  // (3 nodes, s) m^2, of 1 Pa at one section
-  Vector subglottal;                                      // (3 nodes) m^2, of 1 Pa below the first section
+  Vector below, above;  // (3 nodes) m^2, of 1 Pa below the first section, above the last
 };
 
 /// Column i is -int N_l phi_i(z) n dA with phi_i linear in z between sections, 1 at section i: over the curved

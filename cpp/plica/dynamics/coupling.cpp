@@ -24,7 +24,7 @@ FlowRecord once(Instant at, AirColumn& air, CoupledStep& step) {
     record.state = air.evaluate(step.areas(at), at);
   }
   const FlowState& taken = record.state;
-  step.move(taken.subglottal_pressure, taken.pressure, at);
+  step.move(taken.on_walls(), at);
   const Stopwatch watch(step.times().load);
   air.stop(step.blocks());
   const FlowState reached = air.evaluate(step.areas(Instant::weighted), Instant::weighted);
@@ -57,16 +57,16 @@ FlowRecord couple(const Extrapolated&, AirColumn& air, CoupledStep& step) {
 
 FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
-  Vector pressure = air.evaluate(step.areas(Instant::weighted), Instant::weighted).pressure;
+  AirwayPressure pressure = air.evaluate(step.areas(Instant::weighted), Instant::weighted).on_walls();
   Anderson mixing(depth);
   FlowRecord record;
   std::optional<AirColumn::Held> held;
   for (record.sweeps = 1;; ++record.sweeps) {
-    step.move(air.air(Instant::weighted).subglottal_pressure, pressure, Instant::weighted);
+    step.move(pressure, Instant::weighted);
     const Stopwatch watch(step.times().load);
     if (!held) air.stop(step.blocks());
     record.state = air.evaluate(step.areas(Instant::weighted), Instant::weighted, held);
-    record.residual = pressure_difference(air.airflow(), record.state.pressure, pressure);
+    record.residual = pressure_difference(air.airflow(), record.state.pressure, pressure.sections);
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
     if (!held && record.sweeps >= coupling.freeze_after && air.airflow().stops_at_contact()) {
@@ -74,7 +74,7 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
       held = {record.state.stopped, record.state.separation};
       mixing.forget();
     }
-    pressure = mixing.next(pressure, record.state.pressure);
+    pressure.sections = mixing.next(pressure.sections, record.state.pressure);
   }
 }
 

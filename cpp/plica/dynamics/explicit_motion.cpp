@@ -174,7 +174,7 @@ class ExplicitStep final : public NodalStep {
 
   Vector areas(Instant at) const override { return flow_->areas(positions(at)); }
   void move() override { now_.load = scene_load_; }
-  void move(double below, const Vector& pressure, Instant at) override;
+  void move(const AirwayPressure& pressure, Instant at) override;
   bool blocks() const override {
     return contact_ && contact_->blocks(*flow_, contacts_, x_, x_previous_, last_.depth);
   }
@@ -238,10 +238,10 @@ ExplicitStep::ExplicitStep(const ExplicitMotion& motion, const State& last, Vect
   std::tie(now_.closed, now_.closed_force) = contacts_.closed();
 }
 
-void ExplicitStep::move(double below, const Vector& pressure, Instant at) {
+void ExplicitStep::move(const AirwayPressure& pressure, Instant at) {
   const Stopwatch watch(times_.load);
   now_.load = scene_load_;
-  flow_->add_load(positions(at), below, pressure, now_.load);
+  flow_->add_load(positions(at), pressure, now_.load);
 }
 
 void ExplicitStep::complete() {

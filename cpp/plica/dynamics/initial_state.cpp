@@ -2,7 +2,7 @@
 
 namespace plica {
 
-State initial_state(const Scene& scene, const Motion& motion, const SceneLoads& loads, const Airflow* airflow,
+State initial_state(const Scene& scene, const Motion& motion, const SceneLoads& loads, AirColumn* air,
                     const ModalMotion* reduced) {
   const std::ptrdiff_t unknowns = motion.stiffness().rows();
   const auto given = [&](const std::optional<Points>& field, const char* name) -> Vector {
@@ -20,13 +20,15 @@ State initial_state(const Scene& scene, const Motion& motion, const SceneLoads& 
     state.displacement = reduced->at_unknowns(reduced->nearest(state.displacement));
     state.velocity = reduced->at_unknowns(reduced->nearest(state.velocity));
   }
-  if (airflow) {  // which knows the scene's coordinates
+  if (air) {  // whose flow knows the scene's coordinates
+    const Airflow& airflow = air->airflow();
     const Points x = scene.mesh.points + as_points(motion.everywhere(state.displacement));
-    const FlowState flow = airflow->evaluate(airflow->areas(x), airflow->air(0.0));
+    const FlowState flow = air->start(airflow.areas(x));
     state.flow_load = Vector::Zero(x.size());
-    airflow->add_load(x, flow.subglottal_pressure, flow.pressure, state.flow_load);
+    airflow.add_load(x, flow.on_walls(), state.flow_load);
     state.flow_load = motion.folded(std::move(state.flow_load));
     state.load += state.flow_load;
+    state.air = air->end_step();
     state.supplied_power = flow.supplied_power;
     state.viscous_power = flow.viscous_power;
   }

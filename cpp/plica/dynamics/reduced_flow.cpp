@@ -18,7 +18,8 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Motion& full, const Modal
         "pressures.");
   const LoadPatterns& patterns = airflow.load_patterns();
   const Eigen::MatrixXd shapes = motion.shapes_at(airflow.nodes());
-  below_ = shapes.transpose() * patterns.subglottal;
+  below_ = shapes.transpose() * patterns.below;
+  above_ = shapes.transpose() * patterns.above;
   const Eigen::MatrixXd sections = (patterns.sections.transpose() * shapes).transpose();
   const Eigen::MatrixXd accelerations = motion.inverse() * sections;
   sections_ = PanelMatrix(sections);

@@ -18,8 +18,9 @@ class ReducedFlow {
   const Airflow& airflow() const { return airflow_; }
   /// (s) m^2 at mediolateral positions (n) m.
   Vector areas(const Vector& x) { return areas_.at(x); }
-  /// (r) Phi^T of the load of 1 Pa below the sections.
+  /// (r) Phi^T of the load of 1 Pa below the sections, above them.
   const Vector& load_below() const { return below_; }
+  const Vector& load_above() const { return above_; }
   /// Phi^T of the load of section pressures (s) Pa; A^-1 of that, (r); and what that moves of the positions, (n).
   void load(const Vector& pressure, Vector& found) const { sections_.multiply(pressure, found); }
   void acceleration(const Vector& pressure, Vector& found) const { accelerations_.multiply(pressure, found); }
@@ -45,7 +46,7 @@ class ReducedFlow {
 
   const Airflow& airflow_;
   ReducedAreas areas_;
-  Vector below_;
+  Vector below_, above_;
   PanelMatrix sections_, accelerations_;  // (r, s)
   SinglePanelMatrix x_accelerations_;  // (n, s); 6e-8 of what pressures move in a step, 1e-13 m at 1 kPa and 50 us
   Line right_;

@@ -86,13 +86,13 @@ void ReducedModel::restore(const State& state) {
 ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_load, StepTimes& times, State& now) {
   static const std::vector<std::int32_t> none;
   Taken taken;
-  double below = 0.0;
+  Air air;
   if (air_) {
     const double h = motion_.step();
     air_->begin_step(last.air, static_cast<double>(last.step) * h, (1 + motion_.scheme().alpha) * h);
-    below = air_->air(load_instant(scene_.airflow->coupling)).subglottal_pressure;
+    air = air_->air(load_instant(scene_.airflow->coupling));
   }
-  step_->begin(last, scene_load, below, times);
+  step_->begin(last, scene_load, air, times);
   if (air_)
     taken.flow = couple(scene_.airflow->coupling, *air_, *step_);
   else

@@ -6,11 +6,11 @@
 
 namespace plica {
 
-void ReducedStep::begin(const State& last, const Vector& scene_load, double below, StepTimes& times) {
+void ReducedStep::begin(const State& last, const Vector& scene_load, const Air& air, StepTimes& times) {
   last_ = &last;
   times_ = &times;
   scene_load_ = scene_load;
-  if (flow_) load_below_ = below * flow_->load_below();
+  ends_of_free_ = {air.subglottal_pressure, {}, air.supraglottal_pressure};
   pressure_.resize(0);
   predict();
   if (contact_) contact_->begin(last);
@@ -39,7 +39,11 @@ void ReducedStep::solve_without() {
   const Stopwatch watch(times_->solve);
   const double h = motion_.step(), alpha = motion_.scheme().alpha;
   force_ = scene_load_ + inner_force_;
-  if (flow_) force_ += load_below_;
+  if (flow_) {
+    load_ends_ = ends_of_free_.below * flow_->load_below();
+    if (ends_of_free_.above != 0) load_ends_ += ends_of_free_.above * flow_->load_above();
+    force_ += load_ends_;
+  }
   motion_.solve(force_, free_);
   end_ = displacement_predictor_ + inertia() * free_;
   if (contact_) free_contact_x_ = positions_.contact_at(end_);
@@ -58,11 +62,15 @@ void ReducedStep::move() {
   touch();
 }
 
-void ReducedStep::move(double, const Vector& pressure, Instant) {
+void ReducedStep::move(const AirwayPressure& pressure, Instant) {
+  if (!pressure.same_ends(ends_of_free_)) {
+    ends_of_free_ = {pressure.below, {}, pressure.above};
+    solve_without();
+  }
   {
     const Stopwatch watch(times_->solve);
-    pressure_ = pressure;
-    flow_->x_acceleration(pressure, x_acceleration_);
+    pressure_ = pressure.sections;
+    flow_->x_acceleration(pressure_, x_acceleration_);
     weighted_x_ = free_weighted_x_ + weight() * inertia() * x_acceleration_.cast<double>();
     if (contact_)
       contact_x_ = free_contact_x_ + inertia() * x_acceleration_.head(free_contact_x_.size()).cast<double>();
@@ -107,7 +115,7 @@ void ReducedStep::end(State& now) {
     flow_->acceleration(pressure_, acceleration_);
     a += acceleration_;
     flow_->load(pressure_, now.flow_load);
-    now.flow_load += load_below_;
+    now.flow_load += load_ends_;
     now.load += now.flow_load;
   }
   if (contact_) {

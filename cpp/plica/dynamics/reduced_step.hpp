@@ -16,13 +16,13 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
               const Vector3& origin)
       : motion_(motion), positions_(positions), flow_(flow), contact_(contact), origin_(origin) {}
 
-  /// A step begins from the state `last`, under scene_load (r) at t_{n+1+alpha} and the pressure `below` the
-  /// sections, Pa, of all its moves; last and times must live until its end. One object takes all steps of a run:
-  /// its memory stays.
-  void begin(const State& last, const Vector& scene_load, double below, StepTimes& times);
+  /// A step begins from the state `last`, under scene_load (r) at t_{n+1+alpha} and, until it is moved, the
+  /// pressure at the ends of the airway of `air`; last and times must live until its end. One object takes all
+  /// steps of a run: its memory stays.
+  void begin(const State& last, const Vector& scene_load, const Air& air, StepTimes& times);
   /// Moves it under the scene's load alone.
   void move();
-  void move(double below, const Vector& pressure, Instant at) override;
+  void move(const AirwayPressure& pressure, Instant at) override;
   Vector areas(Instant at) const override;
   bool blocks() const override;
   StepTimes& times() const override { return *times_; }
@@ -46,13 +46,14 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   ReducedContact* contact_;
   const Vector3& origin_;
 
-  // Fixed within the step, (r) unless said otherwise.
+  // Fixed within the step as long as the pressure at the ends is, (r) unless said otherwise.
   const State* last_ = nullptr;
   StepTimes* times_ = nullptr;
   Vector displacement_predictor_, velocity_predictor_, viscous_predictor_, inner_force_;
   Vector elastic_behind_, viscous_behind_;
   Vector scene_load_;
-  Vector load_below_;                        // of the pressure below the sections; empty without airflow
+  AirwayPressure ends_of_free_;              // that of free_, no sections
+  Vector load_ends_;                         // of that; empty without airflow
   Vector free_;                              // (r) acceleration without section pressures and contact
   Vector free_weighted_x_, free_contact_x_;  // (n) m at t_{n+1+alpha} and (c) m at t_{n+1}, where that leads
   // Of this move.

@@ -28,23 +28,22 @@ class SceneFlow {
   const PressureResponse* response() const { return response_ ? &*response_ : nullptr; }
   /// (s) m^2
   Vector areas(const Points& x) const { return origin_.isZero(0) ? airflow_.areas(x) : airflow_.areas(placed(x)); }
-  /// Adds the force of the section pressures (s) Pa, and of that `below` the sections, on the tissue at x to
-  /// `load`, N, of the motion's unknowns.
-  void add_load(const Points& x, double below, const Vector& pressure, Vector& load) const {
-    if (!images_) return add_load_everywhere(x, below, pressure, load);
+  /// Adds the force of the pressure on the tissue at x to `load`, N, of the motion's unknowns.
+  void add_load(const Points& x, const AirwayPressure& pressure, Vector& load) const {
+    if (!images_) return add_load_everywhere(x, pressure, load);
     Vector everywhere = Vector::Zero(x.size());
-    add_load_everywhere(x, below, pressure, everywhere);
+    add_load_everywhere(x, pressure, everywhere);
     images_->add_folded(everywhere, airflow_.nodes(), load);
   }
   /// Whether contact at this place lies in the middle of the glottis (Paper A, Sec. 2.4).
   bool blocks(const Vector3& place) const { return airflow_.blocks(place[1] + origin_[1], place[2] + origin_[2]); }
 
  private:
-  void add_load_everywhere(const Points& x, double below, const Vector& pressure, Vector& load) const {
+  void add_load_everywhere(const Points& x, const AirwayPressure& pressure, Vector& load) const {
     if (origin_.isZero(0))
-      airflow_.add_load(x, below, pressure, load);
+      airflow_.add_load(x, pressure, load);
     else
-      airflow_.add_load(placed(x), below, pressure, load);
+      airflow_.add_load(placed(x), pressure, load);
   }
   Points placed(const Points& x) const { return x.rowwise() + origin_.transpose(); }
 

@@ -57,7 +57,8 @@ Simulation::Simulation(Scene scene, Options options)
 }
 
 void Simulation::begin() {
-  state_ = initial_state(scene_, motion_, loads_, airflow(), reduced_ ? &reduced_->motion() : nullptr);
+  state_ =
+      initial_state(scene_, motion_, loads_, air_ ? &*air_ : nullptr, reduced_ ? &reduced_->motion() : nullptr);
   const Points x = scene_.mesh.points + as_points(motion_.everywhere(state_.displacement));
   if (contact_) contact_->require_apart(motion_.positions(state_.displacement));
   if (reduced_) {

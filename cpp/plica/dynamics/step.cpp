@@ -78,14 +78,14 @@ void Step::move() {
 
 Vector Step::areas(Instant instant) const { return flow_->areas(at(instant)); }
 
-void Step::move(double below, const Vector& pressure, Instant instant) {
+void Step::move(const AirwayPressure& pressure, Instant instant) {
   {
     const Stopwatch watch(times_.load);
     load_ = scene_load_;
-    flow_->add_load(at(instant), below, pressure, load_);
+    flow_->add_load(at(instant), pressure, load_);
     pressure_ = pressure;
   }
-  if (!response_) {
+  if (!response_ || !pressure.same_ends(solved_at_)) {  // it is that of sections
     solve_free();
     response_ = flow_->response();
     solved_at_ = pressure;
@@ -113,7 +113,7 @@ void Step::solve_free() {
 
 void Step::take_positions() {
   for (const std::int32_t node : seen_) x_.row(node) = x_free_.row(node);
-  if (response_) response_->displace(pressure_ - solved_at_, inertia(), x_);
+  if (response_) response_->displace(pressure_.sections - solved_at_.sections, inertia(), x_);
   take_weighted();
 }
 
@@ -155,7 +155,7 @@ void Step::complete() {
   if (free_.x.size() == 0) {
     free_ = last_.past.nearest(force);
   } else {
-    if (response_) response_->add(pressure_ - solved_at_, free_.x);
+    if (response_) response_->add(pressure_.sections - solved_at_.sections, free_.x);
     if (contacts_.any_force()) contact_->collision().add_response(contact_force_, free_.x);
     products_ = motion_.products(free_.x);
     free_.product = motion_.image(products_);

@@ -29,7 +29,7 @@ class Step final : public NodalStep {
   /// until it is moved; then of where it has been moved, (1 + alpha) x - alpha x_previous.
   const Points& weighted_positions() const { return weighted_; }
   void move() override;
-  void move(double below, const Vector& pressure, Instant at) override;
+  void move(const AirwayPressure& pressure, Instant at) override;
   Vector areas(Instant at) const override;
   bool blocks() const override;
   StepTimes& times() const override { return times_; }
@@ -84,9 +84,9 @@ class Step final : public NodalStep {
   // The current iterate.
   Vector load_;                                 // N, scene_load plus the flow's
   Guess free_;                                  // m/s^2, under the load of the last solve, without contact
-  Vector pressure_;                             // Pa, of the last move; empty without flow
+  AirwayPressure pressure_;                     // of the last move
   const PressureResponse* response_ = nullptr;  // once solved for where it is known
-  Vector solved_at_;                            // Pa, that of free_
+  AirwayPressure solved_at_;                    // that of free_
   Points x_free_;                               // without contact forces, under the load of free_
   Points x_, weighted_;
   Contacts contacts_;

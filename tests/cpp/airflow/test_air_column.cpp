@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "plica/airflow/air_column.hpp"
+#include "plica/core/error.hpp"
 #include "tube.hpp"
 
 using namespace plica;
@@ -60,4 +61,19 @@ TEST_CASE("what an evaluation holds is held, whatever the areas and the memory")
   CHECK(held.separation == 1);
   CHECK(held.flow == expected.flow);
   CHECK(held.pressure == expected.pressure);
+}
+
+TEST_CASE("the memory of the air is what its numbers say, and starts with none") {
+  for (const bool stopped : {true, false}) {
+    const AirColumn::Memory memory{stopped};
+    CHECK(AirColumn::Memory::of(memory.numbers()).flow_stopped == stopped);
+  }
+  CHECK_THROWS_AS(AirColumn::Memory::of({}), InvalidInput);
+  CHECK_THROWS_AS(AirColumn::Memory::of({1, 0}), InvalidInput);
+  const Airflow airflow = rising(1e-3);
+  AirColumn column(airflow);
+  const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
+  column.begin_step({true}, 5e-3, 1e-4);
+  CHECK(column.start(areas).subglottal_pressure == 0);  // at t = 0, not of the step before
+  CHECK_FALSE(column.end_step().flow_stopped);
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 #include <set>
@@ -142,7 +143,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a face above the last section bears no load, one below the first the subglottal pressure alone") {
+TEST_CASE("a face above the last section bears the pressure there alone, one below the first that below") {
   Points x(3, 3);
   x << 0, 0, 0, 0, 1, 0, 0, 0, 1;  // m; half a square metre, outward along x
   Faces face(1, 3);
@@ -150,16 +151,14 @@ TEST_CASE("a face above the last section bears no load, one below the first the 
   const auto loads = [&](double low, double high) {
     const Vector height = Vector::LinSpaced(2, low, high);
     const LoadPatterns patterns = load_patterns(x, face, height, 1e-9);
-    return std::pair{Vector3(total(patterns.sections * Vector::Ones(2))), Vector3(total(patterns.subglottal))};
+    return std::array{Vector3(total(patterns.below)), Vector3(total(patterns.sections * Vector::Ones(2))),
+                      Vector3(total(patterns.above))};
   };
   const Vector3 whole(-0.5, 0, 0);
-  const auto above = loads(-2, -1), below = loads(2, 3), within = loads(-1, 2);
-  CHECK(above.first.isZero(0));
-  CHECK(above.second.isZero(0));
-  CHECK(below.first.isZero(0));
-  CHECK((below.second - whole).norm() < 1e-14);
-  CHECK((within.first - whole).norm() < 1e-14);
-  CHECK(within.second.isZero(0));
+  const std::array cases = {loads(2, 3), loads(-1, 2), loads(-2, -1)};  // the face is below, within, above
+  for (std::size_t is = 0; is < 3; ++is)
+    for (std::size_t part = 0; part < 3; ++part)
+      CHECK((cases[is][part] - (part == is ? whole : Vector3::Zero())).norm() < (part == is ? 1e-14 : 1e-300));
 }
 
 TEST_CASE("the cut areas of the larynx at rest are those of its planes, whatever the levels") {
@@ -316,7 +315,7 @@ TEST_CASE("nodes take the pressure of their reference height") {
   REQUIRE(airflow.sections().count() == 3);
   Vector pressure(3);
   pressure << 600, 500, 100;
-  const Vector nodal = airflow.nodal_pressure(800, pressure);
+  const Vector nodal = airflow.nodal_pressure({800, pressure});
   REQUIRE(nodal.size() == airflow.nodes().size());
   std::set<double> seen;
   for (int i = 0; i < nodal.size(); ++i) {
@@ -346,7 +345,7 @@ TEST_CASE("the load balances the open ends, is added to what is there, and takes
     const Airflow at_rest(mesh, mesh.surface("airway"), options);
     const Vector pressure = Vector::Constant(airflow.sections().count(), 800);
     Vector force = Vector::Zero(mesh.points.size());
-    airflow.add_load(mesh.points, 800, pressure, force);
+    airflow.add_load(mesh.points, {800, pressure}, force);
     // By the closed surface under constant pressure: the sides balance, and the open ends leave F_z = p times the
     // area of the lower end less that of the upper end (a duct that widens upward is pushed down).
     const Vector& height = airflow.sections().height;
@@ -355,14 +354,14 @@ TEST_CASE("the load balances the open ends, is added to what is there, and takes
     CHECK((total(force) - Vector3(0, 0, 800 * ends)).norm() < 1e-12 * std::abs(800 * ends));
     CHECK(force.norm() > 1e-3);
     Vector twice = force;
-    airflow.add_load(mesh.points, 800, pressure, twice);
+    airflow.add_load(mesh.points, {800, pressure}, twice);
     CHECK((twice - 2 * force).norm() < 1e-15 * force.norm() * 10);
     Points moved = 2 * mesh.points;
     Vector larger = Vector::Zero(force.size());
-    airflow.add_load(moved, 800, pressure, larger);
+    airflow.add_load(moved, {800, pressure}, larger);
     CHECK((larger - 4 * force).norm() < 1e-13 * force.norm());  // the current area
     Vector same = Vector::Zero(force.size());
-    at_rest.add_load(moved, 800, pressure, same);
+    at_rest.add_load(moved, {800, pressure}, same);
     CHECK((same - force).norm() < 1e-13 * force.norm());  // another order of the same sums
   }
 }
@@ -444,13 +443,13 @@ TEST_CASE("the load of linear faces between levels is that of their nodal pressu
   const Airflow by_nodes(mesh, mesh.surface("airway"), options);
   const FlowState flow = at_rest.evaluate(at_rest.areas(mesh.points));
   Vector one = Vector::Zero(mesh.points.size()), other = one;
-  at_rest.add_load(mesh.points, flow.subglottal_pressure, flow.pressure, one);
-  by_nodes.add_load(mesh.points, flow.subglottal_pressure, flow.pressure, other);
+  at_rest.add_load(mesh.points, flow.on_walls(), one);
+  by_nodes.add_load(mesh.points, flow.on_walls(), other);
   CHECK(one.norm() > 1e-3);
   CHECK((one - other).norm() < 1e-13 * one.norm());
 }
 
-TEST_CASE("below the first section the load at rest is the subglottal pressure's, above the last none") {
+TEST_CASE("beyond the sections the load at rest is that of the pressure below and above") {
   const TetMesh mesh = duct();
   std::vector<std::int32_t> faces;  // as above: the left fold begins below the right one, which ends above it
   for (const auto& t : mesh.surface("airway").rowwise()) {
@@ -463,13 +462,19 @@ TEST_CASE("below the first section the load at rest is the subglottal pressure's
   const Airflow at_rest(mesh, part, options);
   options.load_shape = Airflow::CurrentShape{};
   const Airflow by_nodes(mesh, part, options);
-  const Vector pressure = Vector::LinSpaced(3, options.subglottal_pressure, 0);  // at both ends what lies beyond
-  Vector one = Vector::Zero(mesh.points.size()), other = one;
-  at_rest.add_load(mesh.points, 800, pressure, one);
-  by_nodes.add_load(mesh.points, 800, pressure, other);
-  double below = 0;  // of nodes under the sections
-  for (const std::int32_t node : by_nodes.nodes())
-    if (mesh.points(node, 2) < levels[1] - 1e-9) below += other.segment<3>(3 * std::ptrdiff_t(node)).norm();
-  CHECK(below > 1e-2 * other.norm());
-  CHECK((one - other).norm() < 1e-13 * other.norm());
+  for (const double above : {0.0, 300.0}) {
+    const Vector pressure = Vector::LinSpaced(3, 800, above);  // at both ends what lies beyond
+    Vector one = Vector::Zero(mesh.points.size()), other = one;
+    at_rest.add_load(mesh.points, {800, pressure, above}, one);
+    by_nodes.add_load(mesh.points, {800, pressure, above}, other);
+    double under = 0, over = 0;  // of nodes beyond the sections
+    for (const std::int32_t node : by_nodes.nodes()) {
+      const double z = mesh.points(node, 2), load = other.segment<3>(3 * std::ptrdiff_t(node)).norm();
+      if (z < levels[1] - 1e-9) under += load;
+      if (z > levels[3] + 1e-9) over += load;
+    }
+    CHECK(under > 1e-2 * other.norm());
+    CHECK((over > 1e-2 * other.norm()) == (above > 0));
+    CHECK((one - other).norm() < 1e-13 * other.norm());
+  }
 }

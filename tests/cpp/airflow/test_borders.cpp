@@ -26,11 +26,11 @@ TEST_CASE("an airflow refuses vectors of other meshes and sections, whatever its
       Points x = mesh.points;
       Vector pressure = Vector::Constant(air.sections().count(), 100.0), force = Vector::Zero(x.size()),
              areas = air.areas(x), widths = air.section_areas().widths(x);
-      const auto load = [&] { air.add_load(x, 800, pressure, force); };
+      const auto load = [&] { air.add_load(x, {800, pressure}, force); };
       sizes("Airflow::add_load x", x, load);
       sizes("Airflow::add_load pressure", pressure, load);
       sizes("Airflow::add_load force", force, load);
-      sizes("Airflow::nodal_pressure pressure", pressure, [&] { air.nodal_pressure(800, pressure); });
+      sizes("Airflow::nodal_pressure pressure", pressure, [&] { air.nodal_pressure({800, pressure}); });
       sizes("Airflow::evaluate areas", areas, [&] { air.evaluate(areas); });
       sizes("SectionAreas::areas widths", widths, [&] { air.section_areas().areas(widths); });
       x = mesh.points.topRows(3);

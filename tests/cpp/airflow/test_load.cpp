@@ -23,7 +23,7 @@ TEST_CASE("the work of the load is pressure times the volume swept in each secti
   const Vector& height = airflow.sections().height;
   const Vector pressure = Vector::LinSpaced(15, 750, -90);
   Vector force = Vector::Zero(mesh.points.size());
-  airflow.add_load(mesh.points, 800, pressure, force);
+  airflow.add_load(mesh.points, {800, pressure}, force);
   const auto moved = [&](double by) {
     Points x = mesh.points;
     for (auto p : x.rowwise())

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -231,4 +232,34 @@ TEST_CASE("the least section may jump and a hump may reach the ratio without a j
   CHECK(differ(list({90, 5, 6 - e, 6 - e, 5.5, 30, 90}), list({90, 5, 6 + e, 6 + e, 5.5, 30, 90})) < 1e4 * e);
   // Closing through zero.
   CHECK(differ(list({90, 5, e, e, 5.5, 30, 90}), list({90, 5, -e, -e, 5.5, 30, 90})) < 1e4 * e);
+}
+
+TEST_CASE("a pressure above shifts all others, and drives no flow; turned about, air flows back as it came") {
+  const Slit slit(9);
+  const Vector areas = 1e-6 * list({90, 60, 40, 20, 9, 5, 5.5, 30, 80});
+  const double above = 250;
+  const auto flows = [&](const Air& driven_by) {
+    return std::array{slit.flow({}, areas, driven_by), bernoulli_flow(driven_by, 0, areas, false)};
+  };
+  const auto forth = flows(air), shifted = flows({air.subglottal_pressure + above, air.density, above}),
+             back = flows({0, air.density, air.subglottal_pressure}), still = flows({above, air.density, above});
+  for (std::size_t law = 0; law < 2; ++law) {
+    REQUIRE(forth[law].flow > 0);
+    CHECK(forth[law].supraglottal_pressure == 0);
+    CHECK(shifted[law].flow == approx(forth[law].flow).epsilon(1e-14));
+    CHECK(back[law].flow == -forth[law].flow);
+    CHECK(back[law].jet_power == forth[law].jet_power);
+    CHECK(back[law].viscous_power == forth[law].viscous_power);
+    for (const auto* flow : {&shifted[law], &back[law]}) {
+      const AirwayPressure walls = flow->on_walls();
+      CHECK(flow->supplied_power == approx((walls.below - walls.above) * flow->flow).epsilon(1e-14));
+      CHECK(flow->supplied_power == approx(flow->jet_power + flow->viscous_power).epsilon(1e-13));
+    }
+    for (int i = 0; i < 9; ++i) {
+      CHECK(std::abs(shifted[law].pressure[i] - above - forth[law].pressure[i]) < 1e-11);
+      CHECK(std::abs(back[law].pressure[i] - air.subglottal_pressure + forth[law].pressure[i]) < 1e-11);
+    }
+    CHECK(still[law].flow == 0);
+    CHECK((still[law].pressure.array() == above).all());
+  }
 }

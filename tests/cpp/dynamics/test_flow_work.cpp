@@ -131,7 +131,7 @@ TEST_CASE(
       const Airflow& airflow = *simulation.airflow();
       const TetMesh& mesh = simulation.scene().mesh;
       const FlowState start = airflow.evaluate(airflow.areas(mesh.points), airflow.air(0));
-      Vector pressure = airflow.nodal_pressure(start.subglottal_pressure, start.pressure);
+      Vector pressure = airflow.nodal_pressure({start.subglottal_pressure, start.pressure});
       double supplied = start.supplied_power, lost = start.viscous_power;
       double done = 0, largest = 0, energy = 0, loss = 0;
       for (int k = 0; k < 20; ++k) {
@@ -139,7 +139,7 @@ TEST_CASE(
         simulation.advance();
         const FlowState& flow = simulation.record().flow->state;
         const double m = middle(scheme, k == 0), h = 1e-4;
-        const Vector p = airflow.nodal_pressure(flow.subglottal_pressure, flow.pressure);
+        const Vector p = airflow.nodal_pressure({flow.subglottal_pressure, flow.pressure});
         done += work(airflow, mesh, pressure + m * (p - pressure), simulation.state().displacement - u);
         largest = std::max(largest, std::abs(done));
         energy += h * (supplied + m * (flow.supplied_power - supplied));

@@ -4,11 +4,36 @@
 #include "plica/core/threads.hpp"
 #include "plica/dynamics/past.hpp"
 #include "plica/dynamics/pressure_response.hpp"
-#include "scenes.hpp"
+#include "plica/dynamics/reduced_step.hpp"
+#include "plica/dynamics/scene_flow.hpp"
+#include "plica/dynamics/step.hpp"
+#include "reduced_scenes.hpp"
 
 using namespace plica;
 using scenes::options;
 using scenes::relative;
+
+namespace {
+
+/// A larynx without contact in which one fold begins below the sections and the other ends above them.
+Scene staggered_folds() {
+  Scene scene = scenes::small_larynx();
+  scene.contact.reset();
+  const Faces whole = scene.mesh.surface("airway");
+  const Indices nodes = whole.reshaped<Eigen::RowMajor>();
+  const Vector z = scene.mesh.points(nodes, 2);
+  const double low = z.minCoeff(), quarter = 0.25 * (z.maxCoeff() - low);
+  std::vector<std::ptrdiff_t> kept;
+  for (std::ptrdiff_t f = 0; f < whole.rows(); ++f) {
+    const Vector3 middle = scene.mesh.points(whole.row(f), Eigen::all).colwise().mean();
+    if (middle[0] > 0 ? middle[2] > low + quarter : middle[2] < low + 3 * quarter) kept.push_back(f);
+  }
+  scene.mesh.surfaces.at("airway") = whole(kept, Eigen::all);
+  scene.airflow->flow.area = CutSections{8};
+  return scene;
+}
+
+}  // namespace
 
 TEST_CASE("the start is the combination of past accelerations that leaves the least residual") {
   const int n = 3 * 5000;  // several chunks
@@ -52,8 +77,8 @@ TEST_CASE("the response to section pressures is the solution under their load") 
   const PressureResponse response(airflow, motion, airflow.nodes());
   const Vector pressure = Vector::Random(airflow.sections().count());
   Vector load = Vector::Zero(unknowns), offset = load;  // the load at zero is what lies below the first section
-  airflow.add_load(simulation.positions(), airflow.options().subglottal_pressure, pressure, load);
-  airflow.add_load(simulation.positions(), airflow.options().subglottal_pressure, Vector::Zero(pressure.size()),
+  airflow.add_load(simulation.positions(), {airflow.options().subglottal_pressure, pressure}, load);
+  airflow.add_load(simulation.positions(), {airflow.options().subglottal_pressure, Vector::Zero(pressure.size())},
                    offset);
   load -= offset;
   simulation.scene().supports.project(load);
@@ -67,6 +92,70 @@ TEST_CASE("the response to section pressures is the solution under their load") 
   response.displace(pressure, 2.0, x);
   const Points expected = 2.0 * as_points(guess.x)(airflow.nodes(), Eigen::all);
   CHECK((x(airflow.nodes(), Eigen::all) - expected).norm() < 1e-10 * expected.norm());
+}
+
+TEST_CASE("where a step is moved to depends on its last move alone, whatever pressed at its ends before") {
+  const Scene scene = staggered_folds();
+  const Simulation::Options how = options(HilberHughesTaylor{}, 1e-4, 1e-12);
+  Simulation simulation(scene, how);
+  simulation.advance();
+  const Assembler assembler(scene.mesh);
+  const Motion motion(scene, nullptr, assembler, how);
+  SceneFlow flow(scene, motion);
+  flow.find_response(Iterated{}, motion, flow.airflow().nodes());
+  REQUIRE(flow.response() != nullptr);
+  const std::ptrdiff_t sections = flow.airflow().sections().count();
+  const Vector pressure = Vector::LinSpaced(sections, 500, 200);
+  constexpr auto at = CoupledStep::Instant::weighted;
+  const auto moved = [&](const std::vector<AirwayPressure>& by) {
+    StepTimes times;
+    Step step(motion, simulation.state(), Vector::Zero(motion.stiffness().rows()), flow.airflow().nodes(), &flow,
+              nullptr, times);
+    for (const AirwayPressure& each : by) step.move(each, at);
+    const Points displacement = step.weighted_positions() - scene.mesh.points;
+    step.complete();
+    return std::pair{Vector(as_vector(displacement)), step.end().acceleration};
+  };
+  const AirwayPressure low{500, pressure, 200}, high{800, 1.5 * pressure, 0};
+  const auto once = moved({low}), twice = moved({high, low}), elsewhere = moved({high}),
+             sealed = moved({{500, pressure, 0}});
+  CHECK(relative(twice.first, once.first) < 1e-9);
+  CHECK(relative(twice.second, once.second) < 1e-9);
+  CHECK(relative(elsewhere.second, once.second) > 1e-2);
+  CHECK(relative(sealed.second, once.second) > 1e-3);
+}
+
+TEST_CASE("a reduced step too depends on its last move alone, whatever pressed at its ends before") {
+  Scene scene = staggered_folds();
+  const std::ptrdiff_t size = scene.mesh.points.size();
+  scene = scenes::reduced(std::move(scene), Eigen::MatrixXd::Random(size, 6));
+  const Simulation::Options how = options(HilberHughesTaylor{}, 1e-4, 1e-12);
+  Simulation simulation(scene, how);
+  simulation.advance();
+  const Assembler assembler(scene.mesh);
+  const Motion full(scene, nullptr, assembler, how);
+  const ModalMotion& motion = simulation.reduced()->motion();
+  const Mediolateral& positions = simulation.reduced()->positions();
+  ReducedFlow flow(*simulation.airflow(), full, motion, positions);
+  const Vector pressure = Vector::LinSpaced(simulation.airflow()->sections().count(), 500, 200);
+  const auto moved = [&](const Air& begun, const AirwayPressure& by) {
+    StepTimes times;
+    ReducedStep step(motion, positions, &flow, nullptr, full.origin());
+    step.begin(simulation.state(), Vector::Zero(motion.size()), begun, times);
+    step.move(by, CoupledStep::Instant::weighted);
+    State now;
+    step.end(now);
+    return std::tuple{step.areas(CoupledStep::Instant::weighted), now.acceleration, now.flow_load};
+  };
+  const Air air{500, 1.2, 200};
+  const AirwayPressure at_ends{500, pressure, 200};
+  const auto known = moved(air, at_ends), learned = moved({800, 1.2, 0}, at_ends);
+  CHECK(known == learned);
+  Vector load = Vector::Zero(size);
+  simulation.airflow()->add_load(scene.mesh.points, at_ends, load);
+  CHECK(relative(std::get<2>(known), motion.forces(load)) < 1e-9);
+  CHECK(relative(std::get<1>(moved(air, {800, pressure, 200})), std::get<1>(known)) > 1e-3);
+  CHECK(relative(std::get<1>(moved(air, {500, pressure, 0})), std::get<1>(known)) > 1e-3);
 }
 
 TEST_CASE("products that are carried along stay those of the state") {
