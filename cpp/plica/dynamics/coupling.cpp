@@ -74,6 +74,7 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
       held = {record.state.stopped, record.state.separation};
       mixing.forget();
     }
+    // At the ends it is the air's, whatever flows.
     pressure.sections = mixing.next(pressure.sections, record.state.pressure);
   }
 }

@@ -86,13 +86,14 @@ void ReducedModel::restore(const State& state) {
 ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_load, StepTimes& times, State& now) {
   static const std::vector<std::int32_t> none;
   Taken taken;
-  Air air;
+  AirwayPressure ends;
   if (air_) {
     const double h = motion_.step();
     air_->begin_step(last.air, static_cast<double>(last.step) * h, (1 + motion_.scheme().alpha) * h);
-    air = air_->air(load_instant(scene_.airflow->coupling));
+    const Air& air = air_->air(load_instant(scene_.airflow->coupling));
+    ends = {air.subglottal_pressure, {}, air.supraglottal_pressure};
   }
-  step_->begin(last, scene_load, air, times);
+  step_->begin(last, scene_load, ends, times);
   if (air_)
     taken.flow = couple(scene_.airflow->coupling, *air_, *step_);
   else

@@ -6,11 +6,12 @@
 
 namespace plica {
 
-void ReducedStep::begin(const State& last, const Vector& scene_load, const Air& air, StepTimes& times) {
+void ReducedStep::begin(const State& last, const Vector& scene_load, const AirwayPressure& ends,
+                        StepTimes& times) {
   last_ = &last;
   times_ = &times;
   scene_load_ = scene_load;
-  ends_of_free_ = {air.subglottal_pressure, {}, air.supraglottal_pressure};
+  ends_of_free_ = {ends.below, {}, ends.above};
   pressure_.resize(0);
   predict();
   if (contact_) contact_->begin(last);

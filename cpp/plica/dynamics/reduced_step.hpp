@@ -17,9 +17,9 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
       : motion_(motion), positions_(positions), flow_(flow), contact_(contact), origin_(origin) {}
 
   /// A step begins from the state `last`, under scene_load (r) at t_{n+1+alpha} and, until it is moved, the
-  /// pressure at the ends of the airway of `air`; last and times must live until its end. One object takes all
-  /// steps of a run: its memory stays.
-  void begin(const State& last, const Vector& scene_load, const Air& air, StepTimes& times);
+  /// pressure at the `ends`, whose sections are not read; last and times must live until its end. One object
+  /// takes all steps of a run: its memory stays.
+  void begin(const State& last, const Vector& scene_load, const AirwayPressure& ends, StepTimes& times);
   /// Moves it under the scene's load alone.
   void move();
   void move(const AirwayPressure& pressure, Instant at) override;
