@@ -18,6 +18,7 @@ from plica.identify.likelihood.likelihood import (
     log_prior,
     require_shapes,
 )
+from plica.identify.settings import MOST_STARTS
 
 __all__ = ["Iteration", "Scoring", "climb"]
 
@@ -53,6 +54,12 @@ class Scoring:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise InvalidInput(f"Scoring: {name} = {value:g}; must be > 0.")
+            if name in ("max_iterations", "max_halvings", "starts") and value != int(value):
+                raise InvalidInput(f"Scoring: {name} = {value:g}; must be a whole number.")
+        if self.starts > MOST_STARTS:
+            raise InvalidInput(
+                f"Scoring: starts = {self.starts}; must be at most {MOST_STARTS}, all there are."
+            )
 
 
 @dataclass(frozen=True)

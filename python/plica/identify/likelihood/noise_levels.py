@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
 
+from plica.errors import InvalidInput
 from plica.identify.likelihood.level_search import LevelDensity, minimum
 
 __all__ = ["Noise", "profiled"]
@@ -37,6 +38,12 @@ class Noise:
     """Names of levels at the lower bound of their search: effectively zero."""
     at_most: tuple[str, ...] = ()
     """Names of levels at the upper bound: effectively infinite compared with the flow's error."""
+
+    def __post_init__(self) -> None:
+        for name, unit in (("pressure", " Pa"), ("flow", ""), ("collision", " Pa"), ("gain", "")):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise InvalidInput(f"Noise: {name} = {value:g}{unit}; must be a number >= 0.")
 
     def sentences(self) -> list[str]:
         """A warning for each level at a bound of its search."""

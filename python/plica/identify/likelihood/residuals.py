@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from plica.errors import InvalidInput
 from plica.identify.likelihood.input_space import InputSpace, Solved
 
 __all__ = ["ResidualTest", "innovations", "residual_test"]
@@ -117,7 +118,12 @@ def innovations(space: InputSpace, solved: Solved, columns: Array) -> Array:
 
 
 def residual_test(z: Array, positions: Array) -> ResidualTest:
-    """The scores of whitened residuals z (N, 2 r), nan where missing, of points at `positions` (r, 2) px."""
+    """The scores of whitened residuals z (N, 2 r), nan where missing, of points at `positions` (r, 2) px.
+
+    Raises InvalidInput where all are missing.
+    """
+    if not np.isfinite(z).any():
+        raise InvalidInput(f"Residuals: none of {z.size} is a number; some must be. Is any frame observed?")
     frames = len(z)
     neighbour = _nearest(positions)
     by_point = z.reshape(frames, -1, 2)

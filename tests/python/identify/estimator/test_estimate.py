@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -41,6 +42,7 @@ from plica.identify import (
     posterior_table,
     posterior_warnings,
 )
+from plica.identify.likelihood.residuals import residual_test
 from plica.scene.mesh.changed import changed_mesh
 
 VISCOSITY = TissueParameter(("cover.viscosity", "ligament.viscosity", "body.viscosity"), name="viscosity")
@@ -329,6 +331,10 @@ def test_what_does_not_fit_is_refused(changes: dict[str, Any], text: str) -> Non
         (lambda: Prior(1.0, 0.0), "log_sd = 0; must be > 0"),
         (lambda: model_with(observation={"tilt_sd": -1.0}), r"tilt_sd = -1 degrees; must be in \[0, 45\)"),
         (lambda: Scoring(max_iterations=0), "max_iterations = 0; must be > 0"),
+        (lambda: Scoring(starts=2.5), "starts = 2.5; must be a whole number"),
+        (lambda: Scoring(starts=19), "starts = 19; must be at most 18"),
+        (lambda: Noise(pressure=math.nan), "pressure = nan Pa; must be a number >= 0"),
+        (lambda: residual_test(np.full((3, 4), np.nan), np.eye(2)), "none of 12 is a number"),
         (
             lambda: SurfacePoints.seen(layered_mesh(), "z_max", CAMERA, np.array([[-500.0, 0.0]])),
             r"pixels\[0\] = \[-500, 0\] px; must show the surface",
