@@ -55,6 +55,6 @@ def _pair(found: Analysis, k: int) -> SmoothnessPair:
         informing(before, after),
         before.tissue,
         float(noise),
-        Folds(before.glottis, after.glottis, Midline.between(found["flow/midline"])),
+        Folds(before.glottis, after.glottis, Midline.of(found["flow/midline"])),
         steadied,
     )

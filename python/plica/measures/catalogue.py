@@ -384,7 +384,8 @@ _QUANTITIES = (
         "left_right_phase",
         "Left-right phase",
         "rad",
-        "between the displacements of the folds' edges, at the fundamental; positive where the right lags",
+        "between the crests of the folds' edges, the farther three quarters of their ways while apart; "
+        "positive where the right lags",
         recorded_from="edges",
         side="difference",
         angle=True,

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from plica.measures.circular import principal
 from plica.measures.record import Floats
 
+Mask = npt.NDArray[np.bool_]
+
 harmonics = 5  # largest number fitted, so that they do not leak into the fundamental
+_CREST = 5  # samples, of a cosine with a constant
 still = 1e-6  # of the larger of two motions; a smaller motion is treated as zero
 
 
@@ -39,6 +43,38 @@ def fundamental(time: Floats, signal: Floats, start: float, end: float) -> compl
     basis = np.concatenate((np.cos(orders), np.sin(orders), np.ones((values.size, 1))), axis=1)
     found = np.linalg.lstsq(basis, values, rcond=None)[0]
     return complex(found[0], -found[orders.shape[1]])
+
+
+def crest(time: Floats, signal: Floats, seen: Mask, start: float, end: float) -> complex:
+    """The cosine at the cycle's frequency that a signal follows about its largest values, as `fundamental`.
+
+    Of the samples that are seen, those above a quarter of the signal's range, five at least, by least squares
+    with a constant beside it. What the signal does elsewhere does not matter.
+
+    Parameters
+    ----------
+    time : (k) s, ascending
+    signal : (k)
+    seen : (k) bool
+    start, end : float
+        s, the cycle's.
+
+    Returns
+    -------
+    complex
+        In units of the signal; NaN for fewer than five samples that are seen, or one that is not finite.
+    """
+    first, last = np.searchsorted(time, (start, end))
+    values, there = np.asarray(signal[first:last], dtype=float), seen[first:last]
+    if there.sum() < _CREST or not np.isfinite(values).all():
+        return complex("nan")
+    quarter = values.min() + 0.25 * np.ptp(values)
+    fifth = np.sort(values[there])[-_CREST]
+    chosen = there & (values >= min(quarter, fifth))
+    turn = 2 * np.pi * (time[first:last] - start)[chosen] / (end - start)
+    basis = np.stack((np.cos(turn), np.sin(turn), np.ones(turn.size)), axis=1)
+    found = np.linalg.lstsq(basis, values[chosen], rcond=None)[0]
+    return complex(found[0], -found[1])
 
 
 def phase_lag(first: complex, second: complex) -> float:

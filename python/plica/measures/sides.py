@@ -8,7 +8,7 @@ import numpy as np
 
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
-from plica.measures.phase import fundamental, phase_lag
+from plica.measures.phase import crest, fundamental, phase_lag
 from plica.measures.record import Floats
 
 _NAMES = ("amplitude_left", "amplitude_right", "amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
@@ -35,6 +35,20 @@ def lags(time: Floats, first: Floats, second: Floats, cycles: Cycles) -> Floats:
     return np.array(
         [
             phase_lag(fundamental(time, first, *ends), fundamental(time, second, *ends))
+            for ends in pairwise(cycles.starts)
+        ]
+    )
+
+
+def crest_lags(time: Floats, first: Floats, second: Floats, cycles: Cycles) -> Floats:
+    """(c) rad, lag of the crest of the second edge behind that of the first, in each cycle.
+
+    Of samples in which they are apart: what stops the edges of folds that touch is no part of their phase.
+    """
+    apart = first + second > 0
+    return np.array(
+        [
+            phase_lag(crest(time, first, apart, *ends), crest(time, second, apart, *ends))
             for ends in pairwise(cycles.starts)
         ]
     )
@@ -69,5 +83,5 @@ def side_measures(
         per_cycle("amplitude_right", cycles, of_right, notes[1]),
         per_cycle("amplitude_ratio", cycles, ratio(of_right, of_left), between),
         per_cycle("amplitude_asymmetry", cycles, asymmetry(of_left, of_right), between),
-        per_cycle_angle("left_right_phase", cycles, lags(time, left, right, cycles), between),
+        per_cycle_angle("left_right_phase", cycles, crest_lags(time, left, right, cycles), between),
     ]

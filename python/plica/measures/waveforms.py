@@ -63,7 +63,8 @@ _VIDEO = (
     _video(
         "edge_left",
         "m",
-        "Mean distance of the left fold's edge from the midline, over the middle tenth of its length.",
+        "Distance of the left fold's own edge from the midline, negative beyond it: mean over the middle tenth "
+        "of its length.",
     ),
     _video("edge_right", "m", "Mean distance of the right fold's edge from the midline, likewise."),
     _video(

@@ -156,6 +156,11 @@ class Analysis:
         self._results = Results(self.path)
         with Stored(self.path, hint=HINT) as file:
             marks = file.attributes("/")
+        if not self._results.current:
+            raise VideoError(
+                f"Video: {self.path} is from an earlier version of plica; must be of this one. Give its "
+                "recording and its directory to the command again: outlines are kept, the rest is made."
+            )
         if "scale" not in marks or "file_date" not in marks:
             raise VideoError(
                 f"Video: {self.path} is from an earlier version of plica; must be of this one. Analyse the "
@@ -215,15 +220,15 @@ class Analysis:
     @cached_property
     def area(self) -> GlottalArea:
         """px^2, px."""
-        names = ("left", "right", "left_edge", "right_edge")
 
         def part(kind: str, **further: Any) -> GlottalArea:
             """The four of a kind."""
-            return GlottalArea(*(self[f"sides/{kind}{name}"] for name in names), **further)
+            return GlottalArea(*(self[f"sides/{kind}{name}"] for name in GlottalArea.names), **further)
 
         further = (self[f"sides/{name}"] for name in ("blur_band", "lost_most", "lost_shade"))
         lost = LostToBlur(part("lost_"), part("inner_lost_"), *further)
-        return part("", inner=part("inner_"), lost=lost)
+        inner = part("inner_", contact=self["sides/inner_contact"])
+        return part("", inner=inner, lost=lost, contact=self["sides/contact"])
 
     @cached_property
     def count(self) -> int:
@@ -238,7 +243,7 @@ class Analysis:
     @cached_property
     def midline(self) -> Midline:
         """px of the frames as used."""
-        return Midline.between(self["sides/midline"])
+        return Midline.of(self["sides/midline"])
 
     @cached_property
     def _of_area(self) -> tuple[Measures, Cycles]:

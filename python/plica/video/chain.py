@@ -29,7 +29,7 @@ from plica.video.glottis.frame_outline import Finder
 from plica.video.glottis.glottal_area import GlottalArea, areas
 from plica.video.glottis.hidden_slits import lost_to_blur
 from plica.video.glottis.kymogram import kymogram
-from plica.video.glottis.midline import Midline, find_midline, pixels
+from plica.video.glottis.midline import Midline, closing_in, find_midline, pixels
 from plica.video.glottis.midline_profiles import MidlineGrey
 from plica.video.glottis.network import Network
 from plica.video.glottis.segmenter import learn
@@ -94,7 +94,7 @@ class Chain:
     def check(self) -> None:
         """VideoError where the midline that was set has no glottis on one of its sides, if it is known."""
         if self._settings.midline is not None and self._results.path.exists() and "glottis" in self._results:
-            self._areas(Midline.between(self._settings.midline))
+            self._require_both_sides(Midline.between(self._settings.midline))
 
     def correct(self, masks: Mapping[int, Mask]) -> None:
         """Take these masks for their frames, beside those drawn before; without any, drop all of them.
@@ -120,20 +120,22 @@ class Chain:
         """What finds the glottis: the network, or how it looks in masks that are drawn or in all frames."""
         return self._network or learn(self._steady(), drawn, self._drifted().lost)
 
-    def _areas(self, midline: Midline) -> GlottalArea:
-        """Of the masks; VideoError where the line was set and one of its sides has no glottis."""
-        area = areas(self._results.masks(), midline)
-        if self._settings.midline is not None and not (area.left.any() and area.right.any()):
-            ends = ", ".join(f"{end:g}" for end in (*midline.upper, *midline.lower))
+    def _require_both_sides(self, line: Midline) -> None:
+        """VideoError where one side of a line that was set has no glottis."""
+        right = line.place(pixels(self._shape))[..., 1] > 0
+        seen = np.zeros(2, dtype=bool)
+        for mask in self._results.masks():
+            seen |= (mask & ~right).any(), (mask & right).any()
+        if not seen.all():
+            ends = ", ".join(f"{end:g}" for end in line.ends)
             raise VideoError(f"Midline: {ends} px; must have glottis on both of its sides.")
-        return area
 
     def _area(self) -> GlottalArea:
-        names = ("left", "right", "left_edge", "right_edge")
-        return GlottalArea(*self._results.read(*(f"sides/{name}" for name in names)))  # as the flow sees it
+        names = (f"sides/{name}" for name in GlottalArea.names)
+        return GlottalArea(*self._results.read(*names))  # as the flow sees it
 
     def _midline(self) -> Midline:
-        return Midline.between(*self._results.read("sides/midline"))
+        return Midline.of(self._results.read("sides/midline")[0])
 
     def _watched(self, what: str, items: Iterable[T], total: int) -> Iterator[T]:
         """The items, with a bar on standard error."""
@@ -205,17 +207,11 @@ class Chain:
 
     def _sides(self) -> None:
         ends = self._settings.midline
-        midline = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
-        inner = areas(self._results.masks(name="inner"), midline)
+        line = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
+        if ends is not None:
+            self._require_both_sides(line)
+        midline = closing_in(self._results.masks(), line, keep_ends=ends is not None)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
-        area = self._areas(midline)
-        drawn = np.isin(np.arange(self._count), list(self._results.drawn()))
-        unknown = lost & ~drawn
-        sides = {
-            f"{part}{name}": np.where(unknown, np.nan, values)
-            for part, of in (("", area), ("inner_", inner))
-            for name, values in of.parts.items()
-        }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []
         profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds)
@@ -232,8 +228,20 @@ class Chain:
         lines = kymogram(seen(), midline, self._settings.places, half)
         sharpness, saturated = np.array(light).T
         denoising = float(self._results.read("glottis/blur")[0])
+        blur = float(np.hypot(profiles.blur, denoising))
+        area, inner = (
+            areas(self._results.masks(name=name), midline, blur if np.isfinite(blur) else 0.0)
+            for name in ("mask", "inner")
+        )
+        drawn = np.isin(np.arange(self._count), list(self._results.drawn()))
+        unknown = lost & ~drawn
+        sides = {
+            f"{part}{name}": np.where(unknown, np.nan, values)
+            for part, of in (("", area), ("inner_", inner.within(area)))
+            for name, values in of.stored.items()
+        }
         halfway = np.isfinite(denoising) & ~drawn & ~lost
-        lost_of = lost_to_blur(across.lines(), float(np.hypot(profiles.blur, denoising)), halfway)
+        lost_of = lost_to_blur(across.lines(), blur, halfway, area.share_of_left)
         sides |= {
             f"{part}{name}": values
             for part, of in (("lost_", lost_of.outline), ("inner_lost_", lost_of.inner))
@@ -242,7 +250,7 @@ class Chain:
         self._results.store(
             "sides",
             **sides,
-            midline=np.array([*midline.upper, *midline.lower]),
+            midline=midline.numbers,
             folds=folds,
             sharpness=sharpness,
             saturated=saturated,
@@ -259,7 +267,8 @@ class Chain:
         if taken:  # what it took before, but where today's is another
             with Stored(self._flows, hint=HINT) as file:
                 before, level = file.read("midline"), float(file.read("dark"))
-            line = before if np.abs(before - line).max() <= _SAME_LINE else line
+            alike = before.shape == line.shape and np.abs(before - line).max() <= _SAME_LINE
+            line = before if alike else line
             dark = level if abs(level - dark) <= _SAME_DARK else dark
         start = zlib.crc32(np.append(line, dark).tobytes())
         prints = [zlib.crc32(np.packbits(mask).tobytes(), start) for mask in self._results.masks()]
@@ -274,7 +283,7 @@ class Chain:
             self._lay_out_flow(pairs, line, dark, origin)
         with Stored(self._flows, "r+", hint=HINT) as file:
             done = file.data("checksum")
-            folds = Midline.between(line.tolist()), dark
+            folds = Midline.of(line.tolist()), dark
             for index, before, after in self._watched("flow", self._pairs(stale), stale.size):
                 done[index] = 0  # until all of the pair is there
                 file.file.flush()
@@ -300,7 +309,7 @@ class Chain:
                 lay_out(file, "warp_error", (pairs,), "f8", "grey levels", np.nan)
                 lay_out(file, "brightness", (pairs,), "f8", "1", np.nan)
                 lay_out(file, "unevenness", (pairs,), "f8", "1", np.nan)
-                put(file, "midline", line, "px")
+                put(file, "midline", line, "px", "x, y of both ends, then its bow")
                 put(file, "dark", dark, "grey levels")
                 origin.write(file)
                 meaning = "checksum of masks, midline and dark level; 0: not done"
@@ -309,9 +318,9 @@ class Chain:
         replaced(self._flows, write)
 
     def _flow_line(self) -> npt.NDArray[np.float64]:
-        """The midline, x, y of both ends. The flow is found again where this is over a pixel off the one that
-        it took: a mask that is corrected moves it by less."""
-        return np.array([*self._midline().upper, *self._midline().lower])
+        """The midline, x, y of both ends and its bow. The flow is found again where this is over a pixel off
+        the one that it took: a mask that is corrected moves it by less."""
+        return self._midline().numbers
 
     def _flow_dark(self) -> float:
         """Grey level of the widest glottis. The flow is found again where this is over three grey levels off

@@ -53,6 +53,8 @@ _UNITS = {
     "sides/right": "px^2",
     "sides/left_edge": "px",
     "sides/right_edge": "px",
+    "sides/contact": "px to the right: how far the line of contact may be off",
+    "sides/inner_contact": "px to the right: how far the line of contact may be off",
     "sides/inner_left": "px^2",
     "sides/inner_right": "px^2",
     "sides/inner_left_edge": "px",
@@ -67,7 +69,7 @@ _UNITS = {
     "sides/inner_lost_right_edge": "px",
     "sides/lost_most": "px^2",
     "sides/blur_band": "px^2",
-    "sides/midline": "px: x, y of the upper end, x, y of the lower",
+    "sides/midline": "px: x, y of the upper end, x, y of the lower, its bow to the right from end to end",
     "sides/blur": "px, standard deviation",
     "sides/kymogram": "grey levels",
     "trust/mismatch": "px",
@@ -95,6 +97,12 @@ class Results:
                 return name in file
         with self._holding(name) as (flows, inner):
             return inner in flows
+
+    @property
+    def current(self) -> bool:
+        """Whether what it has was found by this version; else :meth:`claim` drops what is not: the folds'
+        edges, which were distances from one straight line, and all that stands on them."""
+        return "sides" not in self or "sides/contact" in self
 
     @property
     def flows(self) -> Path:
@@ -156,11 +164,12 @@ class Results:
         stale: set[str] = set()
         if self.path.exists():
             there = self._marks(*marks)
-            if there == marks:
+            if there == marks and self.current:
                 return
+            stale |= set() if self.current else set(_CHANGES["midline"])
             old = Settings.from_json(there["settings"])
             changed = [name for name in _CHANGES if getattr(old, name) != getattr(settings, name)]
-            stale = {group for name in changed for group in _CHANGES[name]}
+            stale |= {group for name in changed for group in _CHANGES[name]}
         else:
             self.flows.unlink(missing_ok=True)  # of another analysis
         marks["file_date"] = json.dumps(list(file_date(source, recording.camera) or ("", "")))

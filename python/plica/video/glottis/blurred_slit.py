@@ -14,12 +14,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["hidden_width", "outline_width"]
+__all__ = ["hidden_width", "outline_width", "slit_width"]
 
 Floats = npt.NDArray[np.float64]
 
 _FAR = 8.0  # of the blur: the edges of a slit that is wider by so much do not know of each other
 _BISECTIONS = 40
+_STEPS = 200  # of the widths between which others lie
 
 
 def hidden_width(blur: float, share: float = 0.5) -> float:
@@ -48,3 +49,13 @@ def outline_width(width: npt.ArrayLike, blur: float, share: float = 0.5) -> Floa
     found = np.interp(width / blur, known, 2 * low, left=0.0)
     wider = width / blur > known[-1]
     return blur * np.where(wider, width / blur + 2 * special.ndtri(share), found)
+
+
+def slit_width(outline: Floats, blur: float) -> Floats:
+    """Width (...) of slits whose outlines halfway are so wide, px, under this blur: the inverse of
+    :func:`outline_width`; one that can hardly be seen has the :func:`hidden_width`."""
+    if not blur > 0:
+        return outline
+    widths = np.linspace(hidden_width(blur), _FAR * blur, _STEPS)
+    outlines = outline_width(widths, blur)
+    return np.where(outline < outlines[-1], np.interp(outline, outlines, widths), outline)

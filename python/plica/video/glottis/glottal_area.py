@@ -6,14 +6,16 @@ Left and right are those of the image.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from plica.video.glottis.fold_edges import SlitsOverTime
 from plica.video.glottis.midline import Midline, pixels
 
-__all__ = ["GlottalArea", "LostToBlur", "areas", "middle"]
+__all__ = ["GlottalArea", "LostToBlur", "areas", "middle", "middle_lines"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -30,12 +32,18 @@ class GlottalArea:
     left, right : (frames) px^2
         Not a number where it is not known.
     left_edge, right_edge : (frames) px
-        Mean distance of the folds' edges from the midline, over the middle tenth of its length.
+        How far each fold's edge lies from the midline on its own side, negative beyond it: the mean over the
+        middle tenth of its length (:mod:`plica.video.glottis.fold_edges`).
     inner : GlottalArea or None
         The same of the darkest part of the glottis; None: not known.
     lost : LostToBlur or None
         What blur takes from it; None: not known.
+    contact : (frames) px, or None
+        To the right, over the middle tenth, how far the line in which the folds touch is off one that
+        rests (:class:`FoldEdges`); None: not known.
     """
+
+    names: ClassVar[tuple[str, ...]] = ("left", "right", "left_edge", "right_edge")
 
     left: Floats
     right: Floats
@@ -44,12 +52,25 @@ class GlottalArea:
     _: KW_ONLY
     inner: GlottalArea | None = None
     lost: LostToBlur | None = None
+    contact: Floats | None = None
 
     @property
     def parts(self) -> dict[str, Floats]:
         """By their names, without the inner ones."""
-        names = ("left", "right", "left_edge", "right_edge")
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in self.names}
+
+    @property
+    def opened(self) -> Mask:
+        """(frames) whether the edges are apart, in the middle tenth."""
+        return np.asarray(self.left_edge + self.right_edge > 0)
+
+    @property
+    def stored(self) -> dict[str, Floats]:
+        """What a file has of it, by name, without the inner ones."""
+        return {
+            **self.parts,
+            "contact": np.zeros(self.left.size) if self.contact is None else self.contact,
+        }
 
     @property
     def mirrored(self) -> GlottalArea:
@@ -61,6 +82,7 @@ class GlottalArea:
             self.left_edge,
             inner=None if self.inner is None else self.inner.mirrored,
             lost=None if self.lost is None else self.lost.mirrored,
+            contact=None if self.contact is None else -self.contact,
         )
 
     @property
@@ -69,19 +91,43 @@ class GlottalArea:
         return self.left + self.right
 
     @property
+    def share_of_left(self) -> float:
+        """What the left edge moves, over what both move; a half where none does."""
+        left, right = (float(np.ptp(edge[np.isfinite(edge)])) for edge in (self.left_edge, self.right_edge))
+        return left / (left + right) if left + right > 0 else 0.5
+
+    @property
     def unblurred(self) -> GlottalArea:
         """With what blur takes from it; the darkest part is no larger than all of it."""
         if self.lost is None:
             return self
-        lost = self.lost.outline
-        found = [np.maximum(part + lost.parts[name], 0.0) for name, part in self.parts.items()]
+        found = self._with(self.lost.outline)
         if self.inner is None:
-            return GlottalArea(*found)
-        lost, parts = self.lost.inner, self.inner.parts
-        inner = [
-            np.minimum(parts[name] + lost.parts[name], most) for name, most in zip(parts, found, strict=True)
-        ]
-        return GlottalArea(*found, inner=GlottalArea(*inner))
+            return found
+        return replace(found, inner=self.inner._with(self.lost.inner).within(found))
+
+    def within(self, other: GlottalArea) -> GlottalArea:
+        """No larger on either side than the other, and with edges between its where that is open."""
+        sides = np.minimum(self.left, other.left), np.minimum(self.right, other.right)
+        left = -np.clip(-self.left_edge, -other.left_edge, other.right_edge)
+        right = np.clip(self.right_edge, -other.left_edge, other.right_edge)
+        both = (left, self.left_edge), (right, self.right_edge)
+        edges = (np.where(other.opened, within, own) for within, own in both)
+        return GlottalArea(*sides, *edges, inner=self.inner, lost=self.lost, contact=self.contact)
+
+    def while_open(self, other: GlottalArea) -> GlottalArea:
+        """The same within the other, and with its edges where those touch."""
+        found = self.within(other)
+        left = np.where(other.opened, found.left_edge, other.left_edge)
+        right = np.where(other.opened, found.right_edge, other.right_edge)
+        return replace(found, left_edge=left, right_edge=right)
+
+    def _with(self, lost: GlottalArea) -> GlottalArea:
+        """With what is lost; no area is below zero, and no edge beyond the other fold's."""
+        left, right = np.maximum(self.left + lost.left, 0.0), np.maximum(self.right + lost.right, 0.0)
+        edges = self.left_edge + lost.left_edge, self.right_edge + lost.right_edge
+        over = np.minimum(edges[0] + edges[1], 0.0) / 2
+        return GlottalArea(left, right, edges[0] - over, edges[1] - over, contact=self.contact)
 
     def less(self, other: GlottalArea) -> GlottalArea:
         """Its parts less those of the other, without inner ones."""
@@ -98,6 +144,7 @@ class GlottalArea:
             *(_between(part, known) for part in self.parts.values()),
             inner=None if self.inner is None else self.inner.between(known),
             lost=None if self.lost is None else self.lost.between(known),
+            contact=None if self.contact is None else _between(self.contact, known),
         )
 
 
@@ -145,24 +192,33 @@ def _between(values: Floats, known: Mask) -> Floats:
     return np.interp(frames, frames[known], values[known])
 
 
+def middle_lines(along: npt.NDArray[np.floating], midline: Midline) -> Mask:
+    """(lines) the middle tenth, or what is nearest to it, of lines so many px from the upper end."""
+    off = np.abs(along / midline.length - 0.5)
+    return np.asarray(off <= max(0.05, float(off.min(initial=1.0))))
+
+
 def middle(place: Floats, midline: Midline) -> Mask:
     """(h, w) the middle tenth along the line, of places (h, w, 2) that :meth:`Midline.place` gives."""
     return np.asarray(np.abs(place[..., 0] / midline.length - 0.5) < 0.05)
 
 
-def areas(glottis: Iterable[Mask], midline: Midline) -> GlottalArea:
-    """Area and edges of each mask (h, w) left and right of the midline; a pixel on it counts for both."""
-    rows: list[tuple[float, float, float, float]] = []
-    right: Floats | None = None
-    tenth: Mask | None = None
-    band = 0.0  # px, extent of the band along the line, as its pixels have it
+def areas(glottis: Iterable[Mask], midline: Midline, blur: float = 0.0) -> GlottalArea:
+    """Area and edges of each mask (h, w) left and right of the midline; a pixel on it counts for both.
+
+    `blur` (px, standard deviation) of the masks' edges tells where slits close that it made narrower.
+    """
+    rows: list[tuple[float, float]] = []
+    to_right: Floats | None = None
+    slits = SlitsOverTime(midline, blur)
     for mask in glottis:
-        if right is None or tenth is None:
-            place = midline.place(pixels(mask.shape))
-            right = np.clip(0.5 + place[..., 1], 0.0, 1.0)  # of a pixel's area
-            tenth = middle(place, midline)
-            band = float(tenth.sum()) * midline.along[1] / mask.shape[1]
-        sides = [(1 - right)[mask], right[mask]]
-        edges = [float(side[tenth[mask]].sum()) / band for side in sides]
-        rows.append((float(sides[0].sum()), float(sides[1].sum()), edges[0], edges[1]))
-    return GlottalArea(*(np.array(column) for column in zip(*rows, strict=True)))
+        if to_right is None:
+            to_right = np.clip(0.5 + midline.place(pixels(mask.shape))[..., 1], 0.0, 1.0)  # of a pixel's area
+        rows.append((float((1 - to_right)[mask].sum()), float(to_right[mask].sum())))
+        slits.add(mask)
+    edges = slits.edges()
+    tenth = middle_lines(edges.along, midline)
+    of_edges = (edge[:, tenth].mean(axis=1) for edge in (edges.left, edges.right, edges.contact))
+    left_edge, right_edge, contact = of_edges
+    left, right = np.array(rows).T
+    return GlottalArea(left, right, left_edge, right_edge, contact=contact)

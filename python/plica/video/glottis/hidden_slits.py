@@ -46,7 +46,7 @@ closure = 0.01
 _INNER, _BAND = 0.2, (0.15, 0.7)  # the further outlines, as shares of the way to the tissue
 
 
-def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask) -> LostToBlur:
+def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask, left: float = 0.5) -> LostToBlur:
     """What the outlines of all frames lose.
 
     Parameters
@@ -56,6 +56,9 @@ def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask) -> LostToBlur:
         px, standard deviation, of the glottis' edges in what was segmented; not a number: not known.
     outlined : (frames) bool
         Frames whose outlines stand halfway: others, drawn or not known, lose nothing.
+    left : float
+        Share of the left fold in how the edges move: slits without an outline open by it from where the folds
+        touch. An outline is too narrow by the same on both sides.
 
     Returns
     -------
@@ -84,8 +87,8 @@ def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask) -> LostToBlur:
     low, high = (outline_width(width, blur, share).sum(axis=1) for share in _BAND)
     besides = np.where(narrow & (seen == 0), np.maximum(most - width, 0.0), 0.0)
     return LostToBlur(
-        outline=_of_lines(hidden, lines.middle),
-        inner=_of_lines(inner, lines.middle),
+        outline=_of_lines(hidden, seen > 0, lines.middle, left),
+        inner=_of_lines(inner, seen > 0, lines.middle, left),
         band=np.where(outlined, high - low, 0.0),
         most=besides.sum(axis=1),
         shade=shade,
@@ -98,9 +101,12 @@ def _narrower(width: Floats, by: Floats) -> Floats:
     return np.stack([left, np.maximum(width.sum(axis=0) - by, 0.0) - left])
 
 
-def _of_lines(width: Floats, middle: Mask) -> GlottalArea:
-    """Of widths (2, frames, lines) left and right of the midline."""
-    return GlottalArea(*width.sum(axis=2), *width[:, :, middle].mean(axis=2))
+def _of_lines(width: Floats, seen: Mask, middle: Mask, left: float) -> GlottalArea:
+    """Of widths (2, frames, lines) left and right of the midline, in slits that have an outline or none."""
+    of_left = np.where(seen, 0.5, left)
+    total = width.sum(axis=0)
+    edges = ((share * total)[:, middle].mean(axis=1) for share in (of_left, 1 - of_left))
+    return GlottalArea(*width.sum(axis=2), *edges)
 
 
 def _darkness(lines: GreyLines, outlined: Mask, near: Mask) -> tuple[Floats, float]:

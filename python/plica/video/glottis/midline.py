@@ -1,16 +1,21 @@
-"""The line in which the folds meet: its ends, the sides of the frame that it divides, mirror images in it."""
+"""The line in which the folds meet: its ends, its bow, the sides of the frame that it divides, mirror images.
+
+Folds need not meet on the straight line between their ends: a fold that is paralysed beside it is met where
+it lies, folds may be bowed, a swelling fills the middle. So the line has a bow, how far it lies to the right
+of the straight one at each place (:func:`closing_in`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from plica.video.errors import VideoError
 
-__all__ = ["Midline", "find_midline"]
+__all__ = ["Midline", "closing_in", "find_midline"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -20,6 +25,13 @@ _STEEPEST = 45.0  # degrees from the vertical, beyond which left and right are n
 # fold is ahead of the other all along a frame, and how that differs from slit to slit. Chosen on recordings
 # whose line is known (docs/verification/video.md).
 _ROUNDED, _AHEAD, _UNLIKE = 0.3, 0.05, 0.1
+_BOWED = 2.0  # px: folds that meet within it of a straight line meet on the straight line
+_STRETCH = 4.0  # px, the same where it is asked whether there is one
+_SEEN, _NARROW = 1.5, 0.05  # px, of slits that blur hardly makes narrower; the weight of others
+_SHARED = 0.3  # of a width, what else its centre has
+_SMOOTH = 1.5  # px, standard deviation of the blur of the bow along the line
+_FEWEST = 4  # slits on a place, of as many frames, that tell where it closes
+_KNOTS = 65  # of a bow that is found
 
 
 @dataclass(frozen=True)
@@ -29,6 +41,13 @@ class Midline:
     Left and right of it are those of the image. Which end is the anterior one, and which side the patient's
     left, is for whoever knows to say.
 
+    Attributes
+    ----------
+    upper, lower : (float, float) px
+    bow : (k) px
+        How far it lies right of the straight line between its ends, at places evenly spaced from the upper to
+        the lower, linear between them; empty: it is straight.
+
     Raises
     ------
     VideoError
@@ -37,6 +56,7 @@ class Midline:
 
     upper: tuple[float, float]
     lower: tuple[float, float]
+    bow: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if not np.isfinite([self.upper, self.lower]).all() or self.length == 0:
@@ -52,11 +72,27 @@ class Midline:
             )
 
     @classmethod
-    def between(cls, ends: Sequence[float]) -> Midline:
-        """The line with these ends, x, y, x, y in px, whichever is the upper one."""
+    def between(cls, ends: Sequence[float], bow: Sequence[float] = ()) -> Midline:
+        """The line with these ends, x, y, x, y in px, whichever is the upper one, and this bow."""
         x, y, other_x, other_y = map(float, ends)
         upper, lower = sorted(((x, y), (other_x, other_y)), key=lambda end: end[1])
-        return cls(upper, lower)
+        return cls(upper, lower, tuple(map(float, bow)))
+
+    @classmethod
+    def of(cls, numbers: Sequence[float]) -> Midline:
+        """The line of these :attr:`numbers`."""
+        ends, bow = numbers[:4], numbers[4:]
+        return cls.between(ends, bow if np.any(bow) else ())
+
+    @property
+    def numbers(self) -> Floats:
+        """(69) px: its ends, and its bow at 65 places, as a file has it."""
+        return np.append(self.ends, self.bow_at(np.linspace(0.0, self.length, _KNOTS)))
+
+    @property
+    def ends(self) -> Floats:
+        """(4) px: x, y of the upper end, x, y of the lower."""
+        return np.array([*self.upper, *self.lower])
 
     @property
     def length(self) -> float:
@@ -75,10 +111,22 @@ class Midline:
 
     def place(self, points: Floats) -> Floats:
         """(..., 2) of points (..., 2), px: how far along the line from its upper end, and right of it."""
-        return np.asarray((points - np.array(self.upper)) @ np.stack([self.along, self.across], axis=1))
+        place = np.asarray((points - np.array(self.upper)) @ np.stack([self.along, self.across], axis=1))
+        if self.bow:
+            place[..., 1] -= self.bow_at(place[..., 0])
+        return place
+
+    def bow_at(self, along: Floats) -> Floats:
+        """(...) px, right of the straight line, at places (...) so many px from the upper end."""
+        if not self.bow:
+            return np.zeros_like(along)
+        return np.interp(along, np.linspace(0.0, self.length, len(self.bow)), self.bow)
 
     def points(self, place: Floats) -> Floats:
         """(..., 2) px: the points that lie there; the inverse of :meth:`place`."""
+        if self.bow:
+            along, off = np.moveaxis(np.asarray(place, dtype=float), -1, 0)
+            place = np.stack([along, off + self.bow_at(along)], axis=-1)
         return np.asarray(np.array(self.upper) + place @ np.stack([self.along, self.across]))
 
 
@@ -89,7 +137,7 @@ def pixels(shape: tuple[int, ...]) -> Floats:
 
 
 def find_midline(glottis: Iterable[Mask]) -> Midline:
-    """The line in which the folds meet.
+    """The straight line in which the folds meet, or that they meet beside (:func:`closing_in`).
 
     Across the principal axis of all masks together, a slit of width w at the place s has its centre at
     o + k s + a w + e: off the line o + k s by the share a of its width, since one fold is farther from it
@@ -124,6 +172,107 @@ def find_midline(glottis: Iterable[Mask]) -> Midline:
     offset, slope = np.linalg.lstsq(matrix, right, rcond=None)[0]
     upper, lower = (centre + end * along + (offset + slope * end) * across for end in ends)
     return Midline((float(upper[0]), float(upper[1])), (float(lower[0]), float(lower[1])))
+
+
+def closing_in(glottis: Iterable[Mask], line: Midline, *, keep_ends: bool = False) -> Midline:
+    """The line in which the folds meet, with its bow, from the straight one.
+
+    On each line across it, slits of all frames have centres m = c + a w, w being their width and a what one
+    fold moves more than the other there: c is where they close, by least squares. A slit's weight falls with
+    its width, whose share in the centre need not be one number. Where no place closes over two pixels beside
+    the straight line it is kept: folds that swing out of phase seem to close by so much beside it.
+
+    Parameters
+    ----------
+    glottis : (h, w) bool, of each frame
+    line : Midline
+        Straight.
+    keep_ends : bool
+        Whether its ends are those that somebody set; else they come to lie where the folds meet there.
+    """
+    sums: Floats | None = None  # of 1, w, w w, m, m w over the slits of each line, weighted; of the slits
+    slits: Slits | None = None
+    for mask in glottis:
+        slits = slits or Slits(line, mask.shape)
+        width, centre = slits.of(mask)
+        weight = np.where(width >= _SEEN, 1.0, np.where(width >= 0.5, _NARROW, 0.0))
+        weight /= _ROUNDED**2 + (_SHARED * width) ** 2
+        terms = np.stack(
+            [weight, weight * width, weight * width**2, weight * centre, weight * centre * width]
+        )
+        terms = np.vstack([terms, weight > 0])
+        sums = terms if sums is None else sums + terms
+    if sums is None or slits is None:
+        return line
+    closes, sure = _closing(sums)
+    there = (sums[5] >= _FEWEST) & (slits.along > -_SMOOTH) & (slits.along < line.length + _SMOOTH)
+    if there.sum() < 2 * _FEWEST:
+        return line
+    from scipy import ndimage
+
+    weight = np.where(there, sure, 0.0)
+    smooth, smoother = (
+        ndimage.gaussian_filter1d(weight * closes, width)
+        / np.maximum(ndimage.gaussian_filter1d(weight, width), 1e-12)
+        for width in (_SMOOTH, _STRETCH)
+    )
+    often = there & (sums[5] >= sums[5].max() / 2)
+    if not often.any() or np.abs(smoother[often]).max() <= _BOWED:
+        return line
+    along, off = slits.along[there], smooth[there]
+    if keep_ends:
+        at = np.linspace(0.0, line.length, _KNOTS)
+        return replace(line, bow=tuple(np.interp(at, along, off).tolist()))
+    ends = along[0], along[-1]
+    reached = [float(np.median(off[np.abs(along - end) < 2 * _SMOOTH])) for end in ends]
+    upper, lower = line.points(np.stack([ends, reached], axis=1))
+    bent = Midline((float(upper[0]), float(upper[1])), (float(lower[0]), float(lower[1])))
+    place = bent.place(line.points(np.stack([along, off], axis=1)))
+    at = np.linspace(0.0, bent.length, _KNOTS)
+    return replace(bent, bow=tuple(np.interp(at, place[:, 0], place[:, 1]).tolist()))
+
+
+def _closing(sums: Floats) -> tuple[Floats, Floats]:
+    """(lines) px, where slits with these sums close, and what that weighs: a's standard deviation is 1/2."""
+    one, w, ww, m, mw, _ = sums
+    ww = ww + 4.0
+    determinant = np.maximum(one * ww - w * w, 1e-12)
+    return (ww * m - w * mw) / determinant, determinant / ww
+
+
+class Slits:
+    """The slits of masks (h, w) on lines across a midline, a pixel apart.
+
+    A pixel counts for the two lines it lies between, by how near it is to each. Along an image's row all
+    between the first and the last pixel of a mask is slit: what lies over it, as a strand of mucus, is no
+    tissue's edge.
+
+    Attributes
+    ----------
+    along : (lines) px
+        From the midline's upper end.
+    """
+
+    def __init__(self, midline: Midline, shape: tuple[int, ...]) -> None:
+        along, self._off = np.moveaxis(midline.place(pixels(shape)), -1, 0)
+        self._first = int(np.floor(along.min()))
+        self._count = int(np.floor(along.max())) - self._first + 2
+        self._number = np.floor(along).astype(int) - self._first
+        self._share = along - np.floor(along)  # of the line below
+        self.along = self._first + np.arange(self._count, dtype=float)
+
+    def _sums(self, where: Mask, values: Floats) -> Floats:
+        number, share = self._number[where], self._share[where]
+        found = np.bincount(number, values * (1 - share), self._count)
+        return np.asarray(found + np.bincount(number + 1, values * share, self._count))
+
+    def of(self, mask: Mask) -> tuple[Floats, Floats]:
+        """(lines) px each: widths, and centres right of the midline; 0 where there is no slit."""
+        first, last = np.maximum.accumulate(mask, axis=1), np.maximum.accumulate(mask[:, ::-1], axis=1)
+        inside = first & last[:, ::-1]
+        count = self._sums(inside, np.ones(int(inside.sum())))
+        moment = self._sums(inside, self._off[inside])
+        return count, moment / np.maximum(count, 1e-9)
 
 
 def _axis(moments: Floats) -> tuple[Floats, Floats]:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.glottis.brightness import dark_level
+from plica.video.glottis.glottal_area import middle_lines
 from plica.video.glottis.midline import Midline, pixels
 
 __all__ = ["GreyLines", "MidlineGrey"]
@@ -76,8 +77,7 @@ class MidlineGrey:
         core, rim = share > 0, (np.abs(off) > _CORE) & (np.abs(off) <= _CORE + _RIM)
         self._cores = [(core, (side * share)[core]) for side in self._sides]
         self._rims = [rim & (off < 0), rim & (off > 0)]
-        off_middle = np.abs((np.arange(self._count) - _BEYOND + 0.5) / midline.length - 0.5)
-        self._middle = off_middle <= max(0.05, float(off_middle.min()))
+        self._middle = middle_lines(np.arange(self._count) - _BEYOND + 0.5, midline)
         self._frames: list[npt.NDArray[np.float32]] = []
         self._tissue, self._light = tissue, list[float]()
         self._widest, self._dark = 0, float("nan")

@@ -1,7 +1,8 @@
 """The phonovibrogram: how far both folds' edges are from the midline, along it and over time.
 
 After Lohscheller and others (IEEE Trans. Med. Imaging 27, 2008): a column a frame, a row a place along the
-midline. A distance is the glottal area of a slice across the midline on that side over the slice's width.
+midline. A distance is the mean of a fold's own edge over a slice across the midline (:mod:`.fold_edges`),
+negative where the fold is beyond the midline.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
-from plica.video.glottis.midline import Midline, pixels
+from plica.video.glottis.fold_edges import fold_edges
+from plica.video.glottis.midline import Midline
 
 __all__ = ["vibrogram"]
 
@@ -33,19 +35,10 @@ def vibrogram(glottis: Iterable[Mask], midline: Midline, known: Mask, most: int 
     most : int
         Places at most; of two pixels each at least.
     """
+    edges = fold_edges(glottis, midline)
     places = max(min(most, int(midline.length / _WIDTH)), 1)
-    width = midline.length / places
-    columns: list[Floats] = []
-    row: npt.NDArray[np.int_] | None = None
-    right: Floats | None = None
-    for index, mask in enumerate(glottis):
-        if row is None or right is None:
-            place = midline.place(pixels(mask.shape))
-            row = np.clip((place[..., 0] / width).astype(int), 0, places - 1)
-            right = np.clip(0.5 + place[..., 1], 0.0, 1.0)  # of a pixel's area
-        if not known[index]:
-            columns.append(np.full((2, places), np.nan))
-            continue
-        sides = [np.bincount(row[mask], part[mask], places) / width for part in (1 - right, right)]
-        columns.append(np.stack(sides))
-    return np.stack(columns, axis=-1)
+    ends = np.linspace(0.0, midline.length, places + 1)
+    low, high = (np.clip(edges.along + half, ends[:-1, None], ends[1:, None]) for half in (-0.5, 0.5))
+    shares = (high - low) / np.maximum((high - low).sum(axis=1, keepdims=True), 1e-9)
+    found = np.stack([shares @ edge.T for edge in (edges.left, edges.right)])
+    return np.where(known, found, np.nan)

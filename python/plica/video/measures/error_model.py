@@ -3,8 +3,8 @@
 A draw is a voice that may have been filmed: the estimate with one value of each error, and the same with the
 noise of whole pixels on top. Both go through the code that measures the estimate
 (:mod:`plica.video.measures.intervals`). Errors are drawn evenly from their ranges as a Latin hypercube
-(McKay, Beckman, Conover, Technometrics 21, 1979), with a fixed seed. With e the mean distance of an edge from
-the midline, l the length over which the glottis is open (1.5 area / width, that of a parabola), and signs as
+(McKay, Beckman, Conover, Technometrics 21, 1979), with a fixed seed. With e half of the slit's width in the
+middle tenth, l the length over which the glottis is open (1.5 area / width, that of a parabola), and signs as
 the fold's own:
 
     slits that blur hides    d area = a added         how dark a slit is, is known to a part (hidden_slits)
@@ -13,8 +13,10 @@ the fold's own:
                              d edge = c (halfway - darkest part), in any phase of the cycle
     border                   d edge = p, d area = p l     the outline is too wide or too narrow
     whole pixels             d edge = q / (1 + 4 e^2)     of exact masks alone: slits are rounded as one
-    midline                  d left = -m, d right = m
-    shared                   d left = s, d right = -s, s like left - right; pixels it cuts are of both
+    midline                  d area left = -m l, d area right = m l
+    contact                  d edge left = -k, d edge right = k     where the folds touch, by how it moves
+    steps                    d edge = of each frame of a cycle, alike in all cycles: rounding, where a cycle
+                             has a whole number of frames
     instants                 area(t + u), area(t + v)     on the rise and the fall: between two frames
     crest                    extremes times 1 + w (1 - cos(pi / frames a cycle))
     ends                     length / (1 - r / widest opening) of the glottis, pointed ends lose their outline
@@ -51,7 +53,7 @@ _ERRORS = (
         for error in ("shade", "shade's phase", "border", "pixels")
     ),
     "midline",
-    "shared",
+    "contact",
     "opening",
     "closing",
     "crest",
@@ -65,7 +67,8 @@ _ADDED = (-1.0, 0.5)  # of what slits added, where they are counted
 _NOT_ADDED = (-0.5, 1.5)  # of the same, where shade between the folds leaves them out
 _ALWAYS = (-0.1, 1.0)  # of what may be open besides; none below 0
 _BORDER, _ALL_ALONG = 0.1, 0.4  # px, of the rows of an area, and of those of an edge, which agree
-_SHARED = (-0.3, 0.5)  # px: what pixels on the midline exchange; phases come out nearer to 0 by it
+_STEPS = 0.3  # px
+_CONTACT = (-1.0, 1.0)  # of how far the line of contact is off one that rests, and off one that moves
 _MIDLINE = 0.4  # px, to which the midline is found (docs/verification/video.md, "Noise and blur")
 _ROUNDED = 0.5  # px
 _LEFT = (-0.5, 0.5)  # of what shade moves the outline halfway by: in the darkest part
@@ -144,7 +147,7 @@ def draws(
     crest = 1 - np.cos(np.pi / frames)
     for column in _hypercube(len(_ERRORS), random).T:
         place = dict(zip(_ERRORS, column.tolist(), strict=True))
-        true = _with_errors(estimate, errors, place, frames)
+        true = _with_steps(_with_errors(estimate, errors, place, frames), round(frames), random)
         noisy = _with_noise(true, place["noise"], random)
         marked = _marked(cycles, estimate.outline, true.outline, time)
         rounded = _marked(marked, true.outline, noisy.outline, time)
@@ -188,7 +191,7 @@ def _with_errors(
         ways = sign["outline"], (sign["outline"] + sign["outline closing"]) / 2
         shaded = np.where(rises, *(abs(way) * (errors.band[int(way > 0)] - estimate.outline) for way in ways))
         total, outline = total + shaded, outline + shaded
-    unlike = np.clip(parts["left_edge"] - parts["right_edge"], -1.0, 1.0)
+    half = _width(estimate.sides) / 2
     for side, right in (("left", -1), ("right", 1)):
         if errors.shade is not None:
             share = _between(_LEFT if errors.darkest else _UNSEEN, place[f"{side} shade"])
@@ -197,12 +200,12 @@ def _with_errors(
                 parts[name] += share * np.roll(errors.shade.parts[name], late)
         wider = np.full(opened.size, _BORDER * sign[f"{side} border"])
         if errors.added is None:
-            wider += _ROUNDED * sign[f"{side} pixels"] / (1 + 4 * np.square(parts[f"{side}_edge"]))
+            wider += _ROUNDED * sign[f"{side} pixels"] / (1 + 4 * np.square(half))
         total, outline = total + wider * opened, outline + wider * opened
-        off = right * _MIDLINE * sign["midline"]
-        parts[side] += (wider + off) * opened
-        edge = wider + off + (_ALL_ALONG - _BORDER) * sign[f"{side} border"]
-        parts[f"{side}_edge"] += edge * apart - right * _between(_SHARED, place["shared"]) / 2 * unlike
+        parts[side] += (wider + right * _MIDLINE * sign["midline"]) * opened
+        parts[f"{side}_edge"] += (wider + (_ALL_ALONG - _BORDER) * sign[f"{side} border"]) * apart
+        if estimate.sides.contact is not None:
+            parts[f"{side}_edge"] += right * _between(_CONTACT, place["contact"]) * estimate.sides.contact
     instants = _INSTANT * sign["opening"], _INSTANT * sign["closing"]
     total = np.maximum(total, 0.0)
     return Estimate(
@@ -212,6 +215,15 @@ def _with_errors(
         _area(parts),
         estimate.length if errors.added is None else _lengthened(estimate, place["ends"]),
     )
+
+
+def _with_steps(estimate: Estimate, frames: int, random: np.random.Generator) -> Estimate:
+    """With what rounding to pixels does to the edges in each frame of a cycle."""
+    sides, apart = dict(estimate.sides.parts), np.clip(_width(estimate.sides), 0.0, 1.0)
+    for side in ("left", "right"):
+        cycle = random.uniform(-_STEPS, _STEPS, frames)
+        sides[f"{side}_edge"] = sides[f"{side}_edge"] + np.resize(cycle, apart.size) * apart
+    return replace(estimate, sides=_area(sides))
 
 
 def _with_noise(estimate: Estimate, size: float, random: np.random.Generator) -> Estimate:

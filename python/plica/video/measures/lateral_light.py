@@ -35,16 +35,20 @@ _BY_DARKEST = "by the darkest part, as the outline is not sharp"
 _COMPARED = names(side="ratio") | names(side="difference")
 
 
-def by_light(halfway: list[Measure], inner: list[Measure], *, wide: bool) -> tuple[list[Measure], bool]:
+def by_light(
+    halfway: list[Measure], inner: list[Measure], beside: Iterable[Measure], *, wide: bool
+) -> tuple[list[Measure], bool]:
     """Those of the outline halfway, or of the darkest part of the glottis where shade moves it; and which.
 
     Parameters
     ----------
     halfway, inner : Measures of both sides
+    beside : Measures of both sides
+        By the darkest part while the outline is open: where folds touch is no shade.
     wide : bool
         Whether the area's band tells of shade.
     """
-    one, other = ({item.name: item.value for item in items} for items in (inner, halfway))
+    one, other = ({item.name: item.value for item in items} for items in (beside, halfway))
     uneven = _apart(one["amplitude_asymmetry"], other["amplitude_asymmetry"])
     turn = _apart(one["left_right_phase"], other["left_right_phase"])
     late = None if turn is None else abs(float(np.angle(np.exp(1j * turn))))

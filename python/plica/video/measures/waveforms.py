@@ -22,7 +22,7 @@ from plica.measures.glottal import (
     over_cycles,
     quotient_measures,
 )
-from plica.measures.measure import Measure, Measures, cycle_frequency, per_cycle, whole
+from plica.measures.measure import Measure, Measures, absent, cycle_frequency, per_cycle, whole
 from plica.measures.perturbation import (
     noise_measures,
     perturbation_measures,
@@ -46,6 +46,7 @@ Mask = npt.NDArray[np.bool_]
 
 _EDGE = 0.5  # px, within which a fold's edge is placed: masks are of whole pixels
 _PRECISE = 0.05  # of an amplitude: a larger share of it is said
+_STILL = 0.5  # px: a fold with less amplitude is still for all that edges tell
 
 _APART = 0.05  # relative difference of two folds' frequencies
 _PERIODIC = 0.5  # autocorrelation from which a fold has a frequency
@@ -96,10 +97,26 @@ def _placed(found: list[Measure], size: float) -> list[Measure]:
     """With a caution where the folds move little for edges that are placed to half a pixel."""
     moved = [item.value for item in found if item.quantity.side in ("left", "right")]
     known = [value / size for value in moved if value is not None]
+    if len(known) == 2 and min(known) < _STILL:
+        return _beside_still(found, known)
     if len(known) < 2 or min(known) >= _EDGE / _PRECISE:
         return found
     said = f"edges are placed to {_EDGE:g} px, and the lesser amplitude is {min(known):.2g} px"
     return [item if item.quantity.angle else replace(item, cautions=(*item.cautions, said)) for item in found]
+
+
+def _beside_still(found: list[Measure], amplitudes: list[float]) -> list[Measure]:
+    """Without the phase of a fold that does not move, and without a ratio over its amplitude."""
+    still = [f"{side} fold by {way:.2g} px" for side, way in zip(("left", "right"), amplitudes, strict=True)]
+    least = " and the ".join(part for part, way in zip(still, amplitudes, strict=True) if way < _STILL)
+    said = f"the {least} moves less than edges are placed to ({_STILL:g} px)"
+    gone = {"left_right_phase"} | ({"amplitude_ratio"} if amplitudes[0] < _STILL else set())
+    return [
+        absent(item.name, f"undefined: {said}")
+        if item.name in gone
+        else replace(item, cautions=(*item.cautions, said))
+        for item in found
+    ]
 
 
 def measures(
@@ -143,8 +160,9 @@ def measures(
     wide = band is not None and is_wide(area.total, band, by_blur)
     if sharp.inner is not None and area.inner is not None:
         inner = of_sides(sharp.inner, area.inner)
-        of_folds, darkest = by_light(of_folds, inner, wide=wide)
-        shade = sharp.less(sharp.inner)
+        while_open = seen.of_sides(sharp.inner.while_open(sharp), length, cycles)
+        of_folds, darkest = by_light(of_folds, inner, while_open, wide=wide)
+        shade = sharp.less(sharp.inner.while_open(sharp))
         if darkest:
             chosen, bare = sharp.inner, area.inner
     with_slits, without = (of_area(part.total) for part in (sharp, area))

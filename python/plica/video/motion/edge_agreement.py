@@ -47,6 +47,7 @@ def edge_agreement(
     from scipy import ndimage
 
     band: Mask | None = None
+    opened = area.left_edge + area.right_edge > 0
     ways, moved = [], []
     for k, (flow, (before, _)) in enumerate(zip(flows, pairwise(glottis), strict=True)):
         if band is None:
@@ -55,7 +56,7 @@ def edge_agreement(
         near = ndimage.binary_dilation(before, iterations=_NEAR) & ~before & band
         for edge, half, sign in ((area.left_edge, ~right, -1.0), (area.right_edge, right, 1.0)):
             beside = near & half
-            if edge[k] > 0 and edge[k + 1] > 0 and beside.any():
+            if opened[k] and opened[k + 1] and beside.any():
                 ways.append(sign * (edge[k + 1] - edge[k]))
                 moved.append(float((flow[beside] @ midline.across).mean()))
     x, y = np.array(ways), np.array(moved)

@@ -41,14 +41,16 @@ def _measured(seed: int, period: float, step: float, *, pixels: bool, **units: f
     edge = np.maximum(0.0, opening + amplitude * np.sin(turn + late))
     along = (np.arange(_ROWS) + 0.5) / _ROWS
     rows = (4 * along * (1 - along))[None, :, None] * edge[:, None, :]
-    if (
-        pixels
-    ):  # those whose centre lies between the edges; what the midline cuts counts for both by its share
+    edges = rows
+    if pixels:  # those whose centre lies between the edges; the area that the midline cuts is shared
         place = np.arange(-15, 16) + random.uniform(-0.5, 0.5)
         inside = (place > -rows[0, ..., None]) & (place < rows[1, ..., None])
         right = np.clip(0.5 + place, 0.0, 1.0)
         rows = np.stack([inside @ (1 - right), inside @ right])
-    middle = rows[:, np.abs(along - 0.5) < 0.05].mean(axis=1)
+        width = inside.sum(axis=-1)
+        centre = np.divide(inside @ place, width, out=np.zeros(width.shape), where=width > 0)
+        edges = np.stack([width / 2 - centre, width / 2 + centre])
+    middle = edges[:, np.abs(along - 0.5) < 0.05].mean(axis=1)
     return measures(GlottalArea(*rows.sum(axis=1), *middle), length=float(_ROWS), **units)[0]
 
 
@@ -101,7 +103,7 @@ def test_draws_are_the_same_each_time_and_about_the_estimate() -> None:
     assert one.mean(axis=0) == pytest.approx(_estimate().total, abs=0.1 * 60)
     assert (one[:, _estimate().total == 0] == 0).all()  # what is closed on exact masks stays closed
     sides = np.array([voice.sides.left_edge for voice in _drawn(AreaErrors(added=np.zeros(110)))])
-    assert sides.mean(axis=0) == pytest.approx(_estimate().sides.left_edge, abs=0.02)
+    assert sides.mean(axis=0) == pytest.approx(_estimate().sides.left_edge, abs=0.06)
 
 
 def test_slits_are_drawn_from_none_of_what_they_add_to_half_more() -> None:

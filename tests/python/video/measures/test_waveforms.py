@@ -86,9 +86,9 @@ def test_masks_area_and_midline_are_the_true_ones(asymmetric: SyntheticGlottis, 
     limits = {
         "open_quotient": 0.05,
         "area_asymmetry": 0.02,
-        "amplitude_asymmetry": 0.02,
-        "amplitude_left": 0.25,
-        "amplitude_right": 0.25,
+        "amplitude_asymmetry": 0.04,  # of edges that stop where they touch, between two frames
+        "amplitude_left": 0.35,
+        "amplitude_right": 0.35,
     }
     for name, close in limits.items():
         assert told[name].value == pytest.approx(true_measures[name].value, abs=close)

@@ -1,0 +1,221 @@
+"""Where the tissue of each fold ends, along the midline and over time.
+
+A slit has its edges where its outline has them, each fold its own. While the folds touch, both edges are the
+line of contact, which need not be the midline and need not rest: a fold that comes late is met beyond it.
+Contact begins where the edges' last ways lead them together, at
+
+    x = x_left + v_left tau,    tau = (x_right - x_left) / (v_left - v_right),
+
+and ends where their first ways came from. The slower edge may have stopped between two frames, as it does
+where the other one lies against it: of its way from its slit to x it goes the share that its speed is of the
+other's. Between, contact moves as the edges come and go: a cubic in time, with a velocity at either end that
+is the lesser of the edges' own where both go the same way, and none where they go against each other or one
+of them stands still, which stops the other. Or it rests where it mostly is, as far as the slits that are seen
+last and first have that place. Neither is seen: it is taken halfway between both, and may be off by as much
+(docs/recordings_method.md, "Edges of folds that touch").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from plica.video.glottis.blurred_slit import slit_width
+from plica.video.glottis.midline import Midline, Slits
+
+__all__ = ["FoldEdges", "SlitsOverTime", "fold_edges"]
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_OPEN = 0.5  # px: a narrower slit is none
+_ALONG = 2.0  # px, standard deviation of the blur along the midline of what is told of contact
+_SLOW = 0.1  # px a frame: folds that near each other by less do not say where they meet
+_LATEST = 1.5  # frames from the last slit that is seen to contact, at most
+_BEYOND = 0.3  # of the swing: contact does not leave its ends by more
+
+
+@dataclass(frozen=True)
+class FoldEdges:
+    """The edges on lines across the midline, a pixel apart.
+
+    Attributes
+    ----------
+    along : (lines) px
+        From the midline's upper end.
+    left, right : (frames, lines) px
+        How far each fold's edge lies from the midline on its own side, negative beyond it.
+    open : (frames, lines) bool
+        Where there is a slit; elsewhere the folds touch.
+    contact : (frames, lines) px
+        To the right, how far the line of contact is off one that rests, and off one that moves; 0 in slits.
+    """
+
+    along: Floats
+    left: Floats
+    right: Floats
+    open: Mask
+    contact: Floats
+
+
+class SlitsOverTime:
+    """Collects the slits of one mask (h, w) after the other; for `blur` see :func:`fold_edges`."""
+
+    def __init__(self, midline: Midline, blur: float = 0.0) -> None:
+        self._midline, self._blur = midline, blur
+        self._slits: Slits | None = None
+        self._found: list[tuple[Floats, Floats]] = []
+
+    def add(self, mask: Mask) -> None:
+        """Those of the next frame."""
+        self._slits = self._slits or Slits(self._midline, mask.shape)
+        self._found.append(self._slits.of(mask))
+
+    def edges(self) -> FoldEdges:
+        """Of all frames that were added."""
+        if self._slits is None:
+            none = np.zeros((0, 0))
+            return FoldEdges(np.zeros(0), none, none, none > 0, none)
+        width, centre = np.moveaxis(np.array(self._found), 1, 0)
+        along = self._slits.along
+        kept = (along >= 0) & (along <= self._midline.length)
+        return _edges(along[kept], width[:, kept], centre[:, kept], self._blur)
+
+
+def fold_edges(glottis: Iterable[Mask], midline: Midline, blur: float = 0.0) -> FoldEdges:
+    """Of the masks (h, w) of all frames.
+
+    Parameters
+    ----------
+    glottis, midline
+    blur : float
+        px, standard deviation, of their edges: which slits it made narrower is known for where they close.
+    """
+    slits = SlitsOverTime(midline, blur)
+    for mask in glottis:
+        slits.add(mask)
+    return slits.edges()
+
+
+def _edges(along: Floats, width: Floats, centre: Floats, blur: float) -> FoldEdges:
+    opened = width >= _OPEN
+    width = np.where(opened, width, 0.0)
+    moving, resting = _contact(np.where(opened, slit_width(width, blur), 0.0), centre, opened)
+    middle = np.where(opened, centre, (moving + resting) / 2)
+    doubt = np.where(opened, 0.0, (moving - resting) / 2)
+    return FoldEdges(along, width / 2 - middle, width / 2 + middle, opened, doubt)
+
+
+def _contact(width: Floats, centre: Floats, opened: Mask) -> tuple[Floats, Floats]:
+    """(frames, lines) px right of the midline, of lines that are closed: where contact is if it moves as the
+    edges' ways lead it, and if it rests. The midline where a line never opens."""
+    width, centre = _blurred(width, opened), _blurred(centre, opened)
+    edges = centre - width / 2, centre + width / 2
+    swing = _swing(edges[0], opened) + _swing(edges[1], opened)
+    moving, resting = np.zeros(opened.shape), np.zeros(opened.shape)
+    for line in range(opened.shape[1]):
+        closures = list(_closures(edges[0][:, line].tolist(), edges[1][:, line].tolist(), opened[:, line]))
+        for part, begin, end in closures:
+            moving[part, line] = _between(part, begin, end, float(swing[line]))
+        if closures:
+            rest = float(np.median(moving[~opened[:, line], line]))
+            for part, begin, end in closures:
+                resting[part, line] = _between(part, begin.at_rest(rest), end.at_rest(rest), 0.0)
+    return moving, resting
+
+
+def _closures(
+    left: list[float], right: list[float], opened: Mask
+) -> Iterator[tuple[slice, _Meeting, _Meeting]]:
+    """Frames in which a line of these edges is closed, and where the folds begin to touch and part."""
+    seen = opened.tolist()
+    turns = np.flatnonzero(np.diff(opened.astype(int)))  # the frame before each turn
+    for before, last in pairwise([-1, *turns.tolist(), len(seen) - 1]):
+        if seen[last]:
+            continue
+        begin = _Meeting.of(left, right, seen, before, -1) if before >= 0 else None
+        end = _Meeting.of(left, right, seen, last + 1, 1) if last + 1 < len(seen) else None
+        begin, end = begin or end, end or begin
+        if begin is not None and end is not None:
+            yield slice(before + 1, last + 1), begin, end
+
+
+class _Meeting(NamedTuple):
+    """Where the folds begin to touch, or part.
+
+    Attributes
+    ----------
+    frame : float
+    place : float
+        px right of the midline.
+    velocity : float
+        px a frame, of the line of contact.
+    slit : (float, float)
+        px, the edges in the slit that is seen last, or first.
+    """
+
+    frame: float
+    place: float
+    velocity: float
+    slit: tuple[float, float]
+
+    def at_rest(self, place: float) -> _Meeting:
+        """The same at rest, at this place or what of the slit is nearest to it."""
+        return self._replace(place=min(max(place, self.slit[0]), self.slit[1]), velocity=0.0)
+
+    @classmethod
+    def of(cls, left: list[float], right: list[float], seen: list[bool], frame: int, way: int) -> _Meeting:
+        """Of edges whose slit in this frame is the last before contact (way -1) or the first after it (1)."""
+        ends = left[frame], right[frame]
+        speeds = [_speed(edge, seen, frame, way) for edge in (left, right)]  # towards contact
+        closing = speeds[0] - speeds[1]
+        if closing <= _SLOW:
+            middle = (ends[0] + ends[1]) / 2
+            return cls(frame - way / 2, middle, 0.0, ends)
+        later = min((ends[1] - ends[0]) / closing, _LATEST)
+        led = min(max(ends[0] + later * speeds[0], ends[0]), ends[1])
+        slower = int(abs(speeds[1]) < abs(speeds[0]))
+        share = abs(speeds[slower] / speeds[1 - slower])
+        place = ends[slower] + share * (led - ends[slower])
+        velocity = 0.0 if speeds[0] * speeds[1] <= 0 else speeds[slower]
+        return cls(frame - way * later, place, -way * velocity, ends)
+
+
+def _speed(edge: list[float], seen: list[bool], frame: int, way: int) -> float:
+    """px a frame, at which an edge comes to a frame from the one a `way` from there; 0 if it is not seen
+    there."""
+    beside = frame + way
+    return edge[frame] - edge[beside] if 0 <= beside < len(seen) and seen[beside] else 0.0
+
+
+def _between(part: slice, begin: _Meeting, end: _Meeting, swing: float) -> Floats:
+    """(k) px, of the line of contact in these frames."""
+    at = np.arange(float(part.start), float(part.stop))
+    if begin == end:
+        return np.full(at.size, begin.place)
+    long = max(end.frame - begin.frame, 1.0)
+    s = np.clip((at - begin.frame) / long, 0.0, 1.0)
+    smooth = begin.place + s * s * (3 - 2 * s) * (end.place - begin.place)
+    cubic = smooth + long * s * (1 - s) * ((1 - s) * begin.velocity - s * end.velocity)
+    low, high = sorted((begin.place, end.place))
+    return np.clip(cubic, low - _BEYOND * swing, high + _BEYOND * swing)
+
+
+def _swing(edge: Floats, opened: Mask) -> Floats:
+    """(lines) px, of an edge where there is a slit."""
+    low, high = np.where(opened, edge, np.inf).min(axis=0), np.where(opened, edge, -np.inf).max(axis=0)
+    return np.maximum(np.where(opened.any(axis=0), high - low, 0.0), 0.0)
+
+
+def _blurred(values: Floats, opened: Mask) -> Floats:
+    """Along the midline, of slits alone."""
+    from scipy import ndimage
+
+    weight = opened.astype(float)
+    top, bottom = (ndimage.gaussian_filter1d(part, _ALONG, axis=1) for part in (weight * values, weight))
+    return np.asarray(np.where(opened, top / np.maximum(bottom, 1e-9), 0.0))

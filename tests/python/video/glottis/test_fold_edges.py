@@ -1,0 +1,181 @@
+"""Where each fold's tissue ends: folds that meet beside the midline, on a curve, late, or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from plica.measures.sides import side_measures
+from plica.video.analysis import analyse, load
+from plica.video.errors import VideoError
+from plica.video.glottis.fold_edges import fold_edges
+from plica.video.glottis.glottal_area import GlottalArea, areas
+from plica.video.glottis.midline import Midline, Slits, closing_in, find_midline
+from plica.video.measures.waveforms import area_cycles, measures
+from plica.video.settings import Settings
+
+_FRAMES, _PERIOD = 120, 20.7
+_HEIGHT, _WIDTH, _MIDDLE = 160, 120, 60.3
+_TOP, _LENGTH = 20.0, 120.0
+
+Fold = Callable[[float, np.ndarray], np.ndarray]  # px right of the middle, of a turn (rad) and of 4 s (1 - s)
+
+
+def _coverage(left: Fold, right: Fold, frame: int, times: int = 5) -> np.ndarray:
+    """(h, w) share of each pixel that is glottis; rows that cross are drawn together at the stiffer fold."""
+    y = (np.arange(_HEIGHT * times) + 0.5) / times - 0.5
+    share = np.clip((y - _TOP) / _LENGTH, 0, 1)
+    shape, turn = 4 * share * (1 - share), 2 * np.pi * frame / _PERIOD
+    one, other = (_MIDDLE + fold(turn, shape) for fold in (left, right))
+    x = np.arange(_WIDTH)[None, :] + 0.5
+    filled = np.clip(x - one[:, None], 0, 1) - np.clip(x - other[:, None], 0, 1)
+    return np.clip(filled, 0, 1).reshape(_HEIGHT, times, _WIDTH).mean(axis=1)
+
+
+def _masks(left: Fold, right: Fold) -> list[np.ndarray]:
+    return [_coverage(left, right, k) > 0.5 for k in range(_FRAMES)]
+
+
+def _sides(area: GlottalArea) -> dict[str, float | None]:
+    cycles = area_cycles(area)
+    time = np.arange(float(_FRAMES))
+    return {item.name: item.value for item in side_measures(time, area.left_edge, area.right_edge, cycles)}
+
+
+def _found(left: Fold, right: Fold) -> tuple[dict[str, float | None], Midline]:
+    masks = _masks(left, right)
+    line = closing_in(masks, find_midline(masks))
+    return _sides(areas(masks, line)), line
+
+
+@pytest.mark.parametrize("beside", [3.0, 6.0])
+def test_a_fold_that_stands_still_beside_the_midline_has_no_amplitude(beside: float) -> None:
+    found, line = _found(
+        lambda _, shape: -beside * shape,
+        lambda turn, shape: shape * np.maximum(3 + 7 * np.sin(turn), -beside),
+    )
+    assert found["amplitude_left"] == pytest.approx(0.0, abs=0.2)
+    assert found["amplitude_right"] == pytest.approx((10 + min(beside, 4.0)) / 2, abs=0.4)
+    assert min(line.bow) == pytest.approx(-beside, abs=0.8)
+
+
+@pytest.mark.parametrize("curve", [3.0, 8.0, -5.0])
+def test_folds_that_meet_on_a_curve_move_as_they_do_beside_a_straight_line(curve: float) -> None:
+    found, line = _found(
+        lambda turn, shape: curve * shape - 5 * shape * np.maximum(np.sin(turn), 0),
+        lambda turn, shape: curve * shape + 4 * shape * np.maximum(np.sin(turn), 0),
+    )
+    assert found["amplitude_left"] == pytest.approx(2.5, abs=0.5)
+    assert found["amplitude_right"] == pytest.approx(2.0, abs=0.5)
+    assert abs(found["left_right_phase"]) < 0.06
+    bow = np.array(line.bow)
+    assert bow[np.abs(bow).argmax()] == pytest.approx(curve, abs=0.8)
+    assert np.abs(line.ends[[0, 2]] + 0.5 - _MIDDLE).max() < 1.5  # its ends are where the folds begin
+
+
+@pytest.mark.parametrize("lag", [0.5, 0.7, np.pi / 2])
+def test_phases_are_those_of_the_folds_whatever_contact_does(lag: float) -> None:
+    found, _ = _found(
+        lambda turn, shape: -9 * shape * np.sin(turn), lambda turn, shape: 6 * shape * np.sin(turn - lag)
+    )
+    assert found["left_right_phase"] == pytest.approx(lag, abs=0.06)
+
+
+def test_folds_that_meet_on_a_straight_line_have_a_midline_without_a_bow() -> None:
+    masks = _masks(
+        lambda turn, shape: -6 * shape * np.sin(turn), lambda turn, shape: 6 * shape * np.sin(turn)
+    )
+    line = find_midline(masks)
+    assert closing_in(masks, line) is line
+    edges = fold_edges(masks, line)
+    closed = ~edges.open.any(axis=1)
+    assert closed.any()
+    inner = np.abs(edges.along / line.length - 0.5) < 0.3
+    assert np.abs(edges.left[closed][:, inner]).max() < 1.2
+    assert (edges.left + edges.right)[~edges.open] == pytest.approx(0.0)
+
+
+def test_places_on_a_bowed_midline_are_found_again() -> None:
+    line = Midline((40.0, 10.0), (50.0, 90.0), tuple(5 * np.sin(np.linspace(0, np.pi, 65))))
+    points = np.random.default_rng(1).uniform(0, 100, (50, 2))
+    assert line.points(line.place(points)) == pytest.approx(points)
+    on_it = line.points(np.array([[line.length / 2, 0.0]]))
+    assert line.place(on_it) == pytest.approx(np.array([[line.length / 2, 0.0]]))
+    assert np.linalg.norm(on_it[0] - (45.0, 50.0)) == pytest.approx(5.0, rel=1e-3)
+    again = Midline.of(line.numbers.tolist())
+    assert again.place(points) == pytest.approx(line.place(points))
+
+
+def test_what_lies_over_a_slit_is_no_edge_of_it() -> None:
+    mask = np.zeros((40, 40), dtype=bool)
+    mask[5:35, 10:30] = True
+    slits = Slits(Midline((20.0, 5.0), (20.0, 34.0)), mask.shape)
+    whole = slits.of(mask)
+    mask[:, 18:21] = False  # a strand
+    for one, other in zip(whole, slits.of(mask), strict=True):
+        assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("lean", [0.0, 7.0, 20.0])
+def test_slits_are_as_wide_as_they_are_on_lines_that_lean(lean: float) -> None:
+    """A band of 9 px about a line that leans."""
+    line = Midline((50.0 - lean, 0.0), (50.0 + lean, 99.0))
+    y, x = np.mgrid[0:100, 0:100].astype(float)
+    off = line.place(np.stack([x, y], axis=-1))[..., 1]
+    width, centre = Slits(line, off.shape).of(np.abs(off - 2.0) < 4.5)
+    assert width[20:80].mean() == pytest.approx(9.0, abs=0.1)
+    assert centre[20:80].mean() == pytest.approx(2.0, abs=0.1)
+
+
+def test_no_phase_and_no_ratio_is_made_of_a_fold_that_stands_still() -> None:
+    time = np.arange(float(_FRAMES))
+    moves, still = 5 + 4 * np.sin(2 * np.pi * time / _PERIOD), np.full(_FRAMES, 2.0)
+    edges = {"left": (still, moves), "right": (moves, still)}
+    for side, (left, right) in edges.items():
+        found, _ = measures(GlottalArea(60 * left, 60 * right, left, right))
+        assert found["left_right_phase"].value is None
+        assert f"the {side} fold by 0 px moves less than" in found["left_right_phase"].note
+        assert (found["amplitude_ratio"].value is None) == (side == "left")
+        assert any("moves less than" in said for said in found["amplitude_asymmetry"].cautions)
+
+
+def _film(left: Fold, right: Fold) -> np.ndarray:
+    random = np.random.default_rng(3)
+    texture = 25 * ndimage.gaussian_filter(random.standard_normal((_HEIGHT, _WIDTH)), 2)
+    frames = []
+    for k in range(_FRAMES):
+        open_part = _coverage(left, right, k)
+        grey = ndimage.gaussian_filter((150 + texture) * (1 - open_part) + 20 * open_part, 0.8)
+        frames.append(grey + 2 * random.standard_normal(grey.shape))
+    return np.clip(np.round(frames), 0, 255).astype(np.uint8)
+
+
+def test_the_measures_of_a_film_of_a_paralysed_fold_hold_what_is_true(tmp_path: Path) -> None:
+    np.save(
+        tmp_path / "film.npy",
+        _film(lambda _, shape: -4 * shape, lambda turn, shape: shape * np.maximum(3 + 7 * np.sin(turn), -4)),
+    )
+    settings = Settings(fps=4000, correct_drift=False)
+    where = tmp_path / "film.npy", tmp_path / "found"
+    found = analyse(*where, settings, until="glottis", progress=False)
+    left, right = (found.measures[f"amplitude_{side}"] for side in ("left", "right"))
+    assert left.value < 0.5
+    assert right.value == pytest.approx(6.98, abs=0.5)
+    assert right.interval[0] < 6.98 < right.interval[1]
+    assert found.measures["left_right_phase"].value is None
+    middle = found.vibrogram[:, found.vibrogram.shape[1] // 2]
+    assert np.ptp(middle[0]) < 1.5
+    assert np.ptp(middle[1]) > 12
+
+    # Results of a version without outlines of either fold are not read, and are made again where asked for.
+    with h5py.File(found.path, "r+") as file:
+        del file["sides/contact"]
+    with pytest.raises(VideoError, match="from an earlier version of plica"):
+        load(tmp_path / "found")
+    again = analyse(*where, settings, until="glottis", progress=False)
+    assert again.measures["amplitude_right"].value == right.value
