@@ -63,8 +63,8 @@ _VIDEO = (
     _video(
         "edge_left",
         "m",
-        "Distance of the left fold's own edge from the midline, negative beyond it: mean over the middle tenth "
-        "of its length.",
+        "Distance of the left fold's own edge from the midline, negative beyond it: mean over the middle "
+        "tenth of its length.",
     ),
     _video("edge_right", "m", "Mean distance of the right fold's edge from the midline, likewise."),
     _video(
@@ -79,6 +79,7 @@ _VIDEO = (
     _video("drift_right", "px", "Motion of the image to the right relative to the first frame."),
     _video("drift_down", "px", "Motion of the image downward."),
     _video("drift_turn", "rad", "Rotation of the image, clockwise."),
+    _video("drift_zoom", "1", "Size of the image relative to the first frame."),
     _video(
         "residual",
         "grey levels",

@@ -32,6 +32,7 @@ from plica.video.glottis.segmenter import read_masks
 from plica.video.glottis.vibrogram import vibrogram
 from plica.video.measures.area_cautions import WholeGlottis, doubts
 from plica.video.measures.frame_flags import flags
+from plica.video.measures.frame_sequence import FrameSequence, frame_sequence
 from plica.video.measures.wave_cautions import cautioned, unknown_waves
 from plica.video.measures.wave_measures import wave_measures
 from plica.video.measures.waveforms import area_cycles, measures, phases, scale_of
@@ -250,7 +251,17 @@ class Analysis:
         known = self.settings.fps, self.settings.mm_per_px
         sides = self.side("left"), self.side("right")
         band = self["glottis/least"], self["glottis/largest"]
-        return measures(self.area, *known, self.midline.length, sides, doubts=self.doubts, band=band)
+        found, cycles = measures(
+            self.area, *known, self.midline.length, sides, doubts=self._of_glottis, band=band
+        )
+        return Measures(cautioned(found.values(), self.frame_sequence.doubts()), found.scale), cycles
+
+    @cached_property
+    def frame_sequence(self) -> FrameSequence:
+        """Frames that are missing, or there twice, as far as the motion of the folds shows it."""
+        cycles = self.cycles_in_frames
+        periods = cycles.periods if cycles.verdict != "diplophonic" else np.zeros(0)
+        return frame_sequence(self.vibrogram.sum(axis=0), periods)
 
     @cached_property
     def fundamental(self) -> Fundamental | None:
@@ -280,10 +291,14 @@ class Analysis:
         """Of the glottal area, in frames."""
         return area_cycles(self.area)
 
-    @cached_property
+    @property
     def doubts(self) -> list[str]:
-        """What speaks against the glottal area of the whole recording, a sentence each; empty where nothing
-        does."""
+        """What speaks against the whole recording, a sentence each; empty where nothing does."""
+        return [*self._of_glottis, *self.frame_sequence.doubts()]
+
+    @cached_property
+    def _of_glottis(self) -> list[str]:
+        """What speaks against the glottal area."""
         return doubts(
             WholeGlottis(
                 self.area.total,
@@ -455,7 +470,8 @@ class Analysis:
             found["inner_edge_left"] = size * area.inner.left_edge
             found["inner_edge_right"] = size * area.inner.right_edge
         motion = self["drift/motion"]
-        found["drift_right"], found["drift_down"], found["drift_turn"] = motion.T
+        found["drift_right"], found["drift_down"], found["drift_turn"] = motion[:, :3].T
+        found["drift_zoom"] = np.exp(motion[:, 3])
         if self.complete:
             for name in ("flow/residual", "flow/warp_error", "trust/mismatch"):
                 found[name.split("/")[1]] = np.append(self[name], np.nan)

@@ -45,7 +45,7 @@ _CHANGES = {
 """Settings that may change, each with the groups to be made again."""
 
 _UNITS = {
-    "drift/motion": "px to the right, px down, rad clockwise",
+    "drift/motion": "px to the right, px down, rad clockwise, logarithm of its size over the first frame's",
     "glottis/least": "px^2",
     "glottis/largest": "px^2",
     "glottis/blur": "px, standard deviation",
@@ -100,9 +100,15 @@ class Results:
 
     @property
     def current(self) -> bool:
-        """Whether what it has was found by this version; else :meth:`claim` drops what is not: the folds'
-        edges, which were distances from one straight line, and all that stands on them."""
-        return "sides" not in self or "sides/contact" in self
+        """Whether all that it has was found by this version; else :meth:`claim` drops what was not."""
+        return not self._outdated()
+
+    def _outdated(self) -> set[str]:
+        """Groups of an earlier version, in which drift had no change of size, or the folds' edges were
+        distances from a straight line, and all that stands on them."""
+        if "drift" in self and self.shape("drift/motion")[1] < 4:
+            return {"drift", "glottis", *_CHANGES["midline"]}
+        return set(_CHANGES["midline"]) if "sides" in self and "sides/contact" not in self else set()
 
     @property
     def flows(self) -> Path:
@@ -164,12 +170,12 @@ class Results:
         stale: set[str] = set()
         if self.path.exists():
             there = self._marks(*marks)
-            if there == marks and self.current:
+            outdated = self._outdated()
+            if there == marks and not outdated:
                 return
-            stale |= set() if self.current else set(_CHANGES["midline"])
             old = Settings.from_json(there["settings"])
             changed = [name for name in _CHANGES if getattr(old, name) != getattr(settings, name)]
-            stale |= {group for name in changed for group in _CHANGES[name]}
+            stale = outdated | {group for name in changed for group in _CHANGES[name]}
         else:
             self.flows.unlink(missing_ok=True)  # of another analysis
         marks["file_date"] = json.dumps(list(file_date(source, recording.camera) or ("", "")))

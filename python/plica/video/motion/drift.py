@@ -1,9 +1,10 @@
-"""Motion of the endoscope: the rigid motion of what does not vibrate, by frame, and frames without it.
+"""Motion of the endoscope: how what does not vibrate moves, turns and grows, by frame, and frames without it.
 
-Each frame is aligned to the first: a translation and a small rotation about the frame's centre that minimise
-the Huber norm of the brightness difference over the still region, by Gauss and Newton's iteration on frames
-blurred coarse to fine. Neighbouring frames move little, so the motion of one frame is the start for the next.
-A frame in which the still region does not look like the first's keeps the motion of the one before it.
+Each frame is aligned to the first: a translation, a small rotation about the frame's centre and a change of
+size, as the endoscope comes nearer or is zoomed, that minimise the Huber norm of the brightness difference
+over the still region, by Gauss and Newton's iteration on frames blurred coarse to fine. Neighbouring frames
+move little, so the motion of one frame is the start for the next. A frame in which the still region does not
+look like the first's keeps the motion of the one before it.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ Mask = npt.NDArray[np.bool_]
 _BLURS = (4.0, 1.5)  # px
 _HUBER = 10.0  # grey values of 255
 _BLANK = 0.1  # grey values of 255; turned and cut, a frame of one value differs from it by round-off
+_SLOWLY = 20.0  # frames, standard deviation: the least in which a picture grows
 _ALIKE = 0.5  # correlation with the first frame below which a frame shows another thing
 
 
@@ -34,8 +36,9 @@ class Drift:
 
     Attributes
     ----------
-    motion : (frames, 3)
-        Of the picture: right and down, px, and clockwise about the centre as seen, rad.
+    motion : (frames, 4)
+        Of the picture: right and down, px, clockwise about the centre as seen, rad, and the logarithm of how
+        many times as large it is.
     likeness : (frames)
         Correlation of the still region, aligned, with the first frame's.
     """
@@ -47,7 +50,7 @@ class Drift:
     def none(cls, frames: Iterable[npt.NDArray[np.floating]]) -> Drift:
         """Of an endoscope that does not move; a frame without contrast is like no other."""
         likeness = np.array([float(np.ptp(frame) > _BLANK) for frame in frames])
-        return cls(np.zeros((likeness.size, 3)), likeness)
+        return cls(np.zeros((likeness.size, 4)), likeness)
 
     @property
     def lost(self) -> Mask:
@@ -81,18 +84,20 @@ def drift(frames: Iterable[npt.NDArray[np.floating]], still: Mask) -> Drift:
     found: list[Floats] = []
     likeness: list[float] = []
     levels: list[_Level] = []
-    last = np.zeros(3)
+    last = np.zeros(4)
     for frame in frames:
         if not levels:
             levels = [_Level(frame, still, blur) for blur in _BLURS]
-        motion, alike = last, 0.0
+        moved, alike = last, 0.0
         for level in levels:
-            motion, alike = level.align(frame, motion)
+            moved, alike = level.align(frame, moved)
         if alike >= _ALIKE:
-            last = motion
+            last = moved
         found.append(last)
         likeness.append(alike)
-    made = Drift(np.array(found), np.array(likeness))
+    motion = np.array(found)
+    motion[:, 3] = _slow(motion[:, 3])
+    made = Drift(motion, np.array(likeness))
     if made.lost.mean() > 0.5:
         raise VideoError(
             f"Drift: {int(made.lost.sum())} of {made.lost.size} frames do not look like the first where "
@@ -100,6 +105,21 @@ def drift(frames: Iterable[npt.NDArray[np.floating]], still: Mask) -> Drift:
             "leave the correction out (--no-drift)."
         )
     return made
+
+
+def _slow(values: Floats) -> Floats:
+    """(frames) what changes slowly: lines by least squares about each frame, weighted by a Gaussian. Folds
+    that open and close look a little like a picture that grows."""
+    from scipy import ndimage
+
+    frames = np.arange(values.size, dtype=float)
+    moments = [np.ones(values.size), frames, frames**2, values, frames * values]
+    one, t, tt, v, tv = (
+        ndimage.gaussian_filter1d(part, _SLOWLY, mode="constant", truncate=6.0) for part in moments
+    )
+    spread = one * tt - t * t
+    slope = np.divide(one * tv - t * v, spread, out=np.zeros(values.size), where=spread > 1e-9)
+    return np.asarray((v - slope * t) / one + slope * frames)
 
 
 def without_drift(
@@ -174,7 +194,7 @@ class Steadied:
 def _moved(shape: tuple[int, ...], motion: Floats, y: Floats, x: Floats) -> tuple[Floats, Floats]:
     """Where what is at y, x px in the first frame is in the moved one."""
     cy, cx = (shape[0] - 1) / 2, (shape[1] - 1) / 2
-    cos, sin = np.cos(motion[2]), np.sin(motion[2])
+    cos, sin = np.exp(motion[3]) * np.cos(motion[2]), np.exp(motion[3]) * np.sin(motion[2])
     return (
         cy + sin * (x - cx) + cos * (y - cy) + motion[1],
         cx + cos * (x - cx) - sin * (y - cy) + motion[0],
@@ -196,7 +216,7 @@ class _Level:
         gy, gx = np.gradient(self._first)
         y, x = self._pixels = np.mgrid[0 : still.shape[0], 0 : still.shape[1]].astype(float)
         y, x = y - (still.shape[0] - 1) / 2, x - (still.shape[1] - 1) / 2
-        self._slopes = np.stack([gx, gy, gy * x - gx * y], axis=-1)[self._used]
+        self._slopes = np.stack([gx, gy, gy * x - gx * y, gx * x + gy * y], axis=-1)[self._used]
         normal = self._slopes.T @ self._slopes
         scale = np.sqrt(np.diag(normal))
         if not (scale > 0).all() or np.linalg.cond(normal / np.outer(scale, scale)) > 1e6:
@@ -224,7 +244,7 @@ class _Level:
             weighted = self._slopes * weights[:, None]
             change = np.linalg.solve(weighted.T @ self._slopes, -weighted.T @ error)
             motion += change
-            if np.abs(change[:2]).max() < 1e-3 and abs(change[2]) < 1e-5:
+            if np.abs(change[:2]).max() < 1e-3 and np.abs(change[2:]).max() < 1e-5:
                 break
         return motion, _correlation(seen, self._first[self._used])
 

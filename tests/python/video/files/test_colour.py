@@ -29,7 +29,7 @@ def test_a_grey_recording_has_three_equal_colours_that_are_its_frames(
     frames: np.ndarray, tmp_path: Path
 ) -> None:
     found = opened(tmp_path / "grey.npy", frames)
-    motion = np.array([[0, 0, 0], [1.5, -0.5, 0.01], [0.2, 0.1, 0], [2, 1, 0]], dtype=float)
+    motion = np.array([[0, 0, 0, 0], [1.5, -0.5, 0.01, 0.02], [0.2, 0.1, 0, 0], [2, 1, 0, 0]], dtype=float)
     steady = Steadied(found, motion)
     assert not found.coloured
     pictures = steady.pictures({1, 3})
@@ -43,7 +43,7 @@ def test_colours_are_kept_as_they_are_turned_and_cut(frames: np.ndarray, tmp_pat
     red = np.stack([frames, frames // 2, frames // 4], axis=-1)
     found = opened(tmp_path / "red.npy", red, region=Region(4, 6, 30, 20))
     assert found.coloured
-    (picture,) = Steadied(found, np.zeros((4, 3))).pictures({2}).values()
+    (picture,) = Steadied(found, np.zeros((4, 4))).pictures({2}).values()
     assert picture.shape == (20, 30, 3)
     means = picture.reshape(-1, 3).mean(axis=0)
     assert means[0] > 1.5 * means[1] > 2 * means[2]
@@ -57,10 +57,12 @@ def test_lines_in_colour_are_those_of_the_steadied_frames(frames: np.ndarray, tm
     line = Midline((24.0, 5.0), (26.0, 35.0))
     across = np.arange(-8.0, 9.0)
     points = line.points(np.stack(np.meshgrid([0.5 * line.length], across, indexing="ij"), axis=-1))
-    still = Steadied(found, np.zeros((4, 3)))
+    still = Steadied(found, np.zeros((4, 4)))
     seen = still.coloured_lines(points)
     grey = kymogram(still.frames(), line, (0.5,), 8)
     assert seen.shape == (1, 4, 17, 3)
     assert np.abs(seen[..., 0] - np.clip(grey, 0, 255)).max() <= 0.5
-    moved = Steadied(opened(tmp_path / "moved.npy", np.roll(frames, 3, axis=2)), np.tile([3.0, 0, 0], (4, 1)))
+    moved = Steadied(
+        opened(tmp_path / "moved.npy", np.roll(frames, 3, axis=2)), np.tile([3.0, 0, 0, 0], (4, 1))
+    )
     assert np.abs(moved.coloured_lines(points).astype(float) - seen).max() <= 1  # taken where they went

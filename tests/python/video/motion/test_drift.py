@@ -17,13 +17,15 @@ def shaken() -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
     """Frames of a still endoscope and of a moving one, and its motion."""
     glottis = SyntheticGlottis(Synthetic(height=160, width=160, frames=_FRAMES, frequency=0.11, highlights=0))
     t = np.arange(_FRAMES)
-    motion = np.stack([1.7 * np.sin(0.5 * t), 1.2 * (1 - np.cos(0.3 * t)), 0.01 * np.sin(0.4 * t)], axis=1)
+    zoom = 0.25 * t / _FRAMES  # to 1.26 times the size
+    parts = 1.7 * np.sin(0.5 * t), 1.2 * (1 - np.cos(0.3 * t)), 0.01 * np.sin(0.4 * t), zoom
+    motion = np.stack(parts, axis=1)
     still = list(glottis.frames())
     y, x = np.mgrid[0:160, 0:160].astype(float)
     moved = []
-    for frame, (right, down, turn) in zip(still, motion, strict=True):
+    for frame, (right, down, turn, size) in zip(still, motion, strict=True):
         dx, dy = x - 79.5 - right, y - 79.5 - down
-        cos, sin = np.cos(turn), np.sin(turn)
+        cos, sin = np.cos(turn) / np.exp(size), np.sin(turn) / np.exp(size)
         places = [79.5 - sin * dx + cos * dy, 79.5 + cos * dx + sin * dy]
         moved.append(ndimage.map_coordinates(frame.astype(float), places, order=3, mode="mirror"))
     return still, moved, motion
@@ -34,9 +36,11 @@ def test_the_motion_that_was_put_in_is_found_and_taken_out() -> None:
     first = drift(moved, still_region(np.std(moved, axis=0)))
     spread = np.std(list(without_drift(moved, first.motion)), axis=0)
     found = drift(moved, still_region(spread, 0.3))
-    assert np.abs(found.motion - motion)[:, :2].max() < 0.05
-    assert np.abs(found.motion - motion)[:, 2].max() < 5e-4
-    inner = np.s_[12:-12, 12:-12]
+    # The folds' vibration looks a little like a change of size: 0.1 px at 80 px from the centre.
+    assert np.abs(found.motion - motion)[:, :2].max() < 0.15
+    assert np.abs(found.motion - motion)[:, 2].max() < 1e-3
+    assert np.abs(found.motion - motion)[:, 3].max() < 3e-3
+    inner = np.s_[30:-30, 30:-30]  # what is in sight however near the endoscope comes
     left = [np.std((a - b)[inner]) for a, b in zip(without_drift(moved, found.motion), still, strict=True)]
     before = [np.std((a - b)[inner]) for a, b in zip(moved, still, strict=True)]
     assert max(left) < 4  # noise of two grey values, blurred once and not
@@ -57,6 +61,7 @@ def test_vibration_alone_is_no_drift() -> None:
     found = drift(still, still_region(np.std(still, axis=0)))
     assert np.abs(found.motion[:, :2]).max() < 0.05
     assert np.abs(found.motion[:, 2]).max() < 5e-4
+    assert np.abs(found.motion[:, 3]).max() < 2e-3
 
 
 @pytest.mark.parametrize("other", ["noise", "black", "white"])
@@ -72,7 +77,7 @@ def test_a_frame_of_another_thing_is_lost_and_those_after_it_are_not(other: str)
     still[:, :40] = still[:, -40:] = True
     found = drift(moved, still)
     assert np.flatnonzero(found.lost).tolist() == [5]
-    assert found.motion[5].tolist() == found.motion[4].tolist()
+    assert found.motion[5, :3].tolist() == found.motion[4, :3].tolist()
     assert np.abs(found.motion - motion)[[4, 6, 11], :2].max() < 0.1
     with pytest.raises(VideoError, match="11 of 12 frames do not look like the first"):
         drift([random.uniform(0, 255, (160, 160)), *moved[1:5], *moved[6:], moved[2]], still)
