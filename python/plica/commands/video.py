@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,8 @@ with its .cih or .cihx. Stores in DIR:
   results.h5     masks, flow, modes, paths, strain and waves at the voice's frequency, trust (HDF5)
   flow.h5        the motion from each frame to the next, and back
   waveforms.csv  one row per frame: glottal area left and right, phase, flags, drift, mode coefficients
+  cycles.csv     one row per cycle: times, frequency, open quotient, area, amplitudes, phase
+  folds.csv      one row per place along the midline: amplitude and phase of either fold, share of time open
   measures.json  {name: {value, unit, spread, cycles, definition}}
   report.html    images, waveforms, kymograms of images and flow, modes, strain, quality; a player
   report.pdf     with --pdf: the same on A4 (pip install 'plica[pdf]')
@@ -43,6 +46,10 @@ reads the corrected ones; the other frames are then segmented using them. --segm
 (ONNX; pip install "plica[onnx]"), whose outlines are used unchanged except in frames with hand-drawn masks;
 docs/recording_files.md describes its input and output.
 
+Several recordings are analysed one after the other with the same options, each in a folder of its name in
+DIR; DIR/recordings.csv has a row for each: its light and why, every measure with its interval, or the error.
+Repeat the command to continue; what is done is not done again.
+
 Measures need three complete cycles. All frames must have the same size and depth (8 or 16 bits, or floats).
 In HDF5 and NPY frames are (frames, height, width); MATLAB .mat files since version 7.3 are read with the
 axes of MATLAB: give an HDF5 file written by MATLAB the suffix .mat too.
@@ -56,6 +63,8 @@ accuracy of each criterion.
 examples:
   plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
   plica video larynx.avi --fps 4000 -o analysis        after Ctrl-C: continues where it stopped
+  plica video larynx.avi --from 1200 --to 2399 -o vowel      a part; frames and times count from its first
+  plica video day/*.avi --fps 4000 -o day                    day/NAME/ for each, and one table of all
   plica video frames/ --region 40,60,200,240 --rotation -12 -o analysis
   plica video larynx.avi --fps 4000 -o before --label "patient 12, before" --recorded 2026-03-01 --pdf
   plica video larynx.cine --segmenter glottis.onnx -o analysis
@@ -169,12 +178,27 @@ def add_commands(commands: Any) -> None:
 
 
 def _add_recording(video: argparse.ArgumentParser) -> None:
-    video.add_argument("source", metavar="FILE", type=Path, help="video, TIFF stack, folder, HDF5 or NPY")
+    video.add_argument(
+        "source",
+        metavar="FILE",
+        type=Path,
+        nargs="+",
+        help="video, TIFF stack, folder, HDF5 or NPY; several are analysed one after the other",
+    )
+    video.add_argument(
+        "--table",
+        action="store_true",
+        help="also for one recording: its results in a folder of their own, and DIR/recordings.csv",
+    )
     video.add_argument(
         "-o", "--output", metavar="DIR", type=Path, required=True, help="directory of the results"
     )
     video.add_argument("--fps", metavar="N", type=float, help="frames per second of the recording")
     video.add_argument("--mm-per-px", metavar="MM", type=float, help="size of a pixel")
+    video.add_argument("--from", dest="first", metavar="FRAME", type=whole, help="first frame (default: 0)")
+    video.add_argument(
+        "--to", dest="last", metavar="FRAME", type=whole, help="last frame (default: the last)"
+    )
     video.add_argument(
         "--rotation", metavar="DEG", type=float, default=0.0, help="rotation of the frames, anticlockwise"
     )
@@ -224,6 +248,9 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         "--modes", metavar="N", type=whole, help="principal modes (default: 6), fewer than the flows"
     )
     video.add_argument("--no-drift", action="store_true", help="do not remove the endoscope's motion")
+    video.add_argument(
+        "--praat", action="store_true", help="also area.wav and area.TextGrid, cycles and phases, for Praat"
+    )
     add_threads(video)
     video.add_argument("--quiet", action="store_true", help="no progress, no table; only errors and cautions")
     video.set_defaults(resumable=True)
@@ -264,7 +291,9 @@ def remeasure(directory: Path) -> int:
 
 
 def _video(options: argparse.Namespace) -> int:
-    found = _analysed(options, "modes", report=True)
+    found = _one(options, "modes", report=True)
+    if found is None:
+        return _each(options, "modes", report=True)
     if options.lambda_report:
         from plica.commands.smoothness import report_lambda
 
@@ -275,12 +304,15 @@ def _video(options: argparse.Namespace) -> int:
 
 
 def _glottis(options: argparse.Namespace) -> int:
-    _analysed(options, "glottis", report=True)
+    if _one(options, "glottis", report=True) is None:
+        return _each(options, "glottis", report=True)
     return 0
 
 
 def _modes(options: argparse.Namespace) -> int:
-    found = _analysed(options, "modes", report=False)
+    found = _one(options, "modes", report=False)
+    if found is None:
+        return _each(options, "modes", report=False)
     if not options.quiet:
         print("mode   share  symmetry")
         for k, (share, symmetry) in enumerate(
@@ -290,13 +322,75 @@ def _modes(options: argparse.Namespace) -> int:
     return 0
 
 
-def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analysis:
-    """Analyse a recording as far as `until`, write its tables and print its measures."""
+def _each(options: argparse.Namespace, until: str, *, report: bool) -> int:
+    """Analyse several recordings, each in a folder of its own, and write the table of all."""
+    from plica.errors import InvalidInput, SolveFailed, StorageFailed
+    from plica.video.report.table import write_recordings
+
+    found: dict[str, Analysis | str] = {}
+    folders = folders_of(options.source, options.output)
+    table = options.output / "recordings.csv"
+    options.output.mkdir(parents=True, exist_ok=True)
+    for number, (source, folder) in enumerate(folders.items(), 1):
+        if not options.quiet:
+            print(f"{number} of {len(folders)}: {source}", flush=True)
+        try:
+            found[str(source)] = _analysed(options, until, source, folder, report=report, printed=False)
+        except (InvalidInput, SolveFailed, StorageFailed) as error:
+            found[str(source)] = str(error)
+            print(f"plica: {source}: {error}", file=sys.stderr)
+        write_recordings(table, found)
+    failed = sum(isinstance(one, str) for one in found.values())
+    if not options.quiet:
+        print(
+            f"written: {table}: {len(found) - failed} recordings" + (f", {failed} failed" if failed else "")
+        )
+    return 2 if failed else 0
+
+
+def folders_of(sources: Sequence[Path], output: Path) -> dict[Path, Path]:
+    """The folder of each recording's results: of its name without its suffix, or with it where another one
+    has the same. InvalidInput where two have one name."""
+    from plica.errors import InvalidInput
+
+    stems = [source.stem for source in sources]
+    names = [source.name if stems.count(source.stem) > 1 else source.stem for source in sources]
+    for name, source in zip(names, sources, strict=True):
+        if names.count(name) > 1:
+            raise InvalidInput(
+                f"Video: {source}; must be the only recording called {name}, as its results lie in a folder "
+                "of that name. Rename one, or analyse it by itself."
+            )
+    return {source: output / name for name, source in zip(names, sources, strict=True)}
+
+
+def _one(options: argparse.Namespace, until: str, *, report: bool) -> Analysis | None:
+    """The analysis of the only recording; None where there are several, or a table of it."""
+    if len(options.source) > 1 or options.table:
+        return None
+    return _analysed(options, until, options.source[0], options.output, report=report)
+
+
+def _analysed(
+    options: argparse.Namespace,
+    until: str,
+    source: Path,
+    output: Path,
+    *,
+    report: bool,
+    printed: bool = True,
+) -> Analysis:
+    """Analyse a recording as far as `until`, write its tables and print its measures.
+
+    One of several (not `printed`) has no table of measures on the screen, and the page that is there where
+    nothing has changed since.
+    """
     import plica
     from plica.report.page import pdf_of, require_pdf
     from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
     from plica.video.analysis import analyse
+    from plica.video.praat import write_praat
     from plica.video.report.page import write_report
     from plica.video.report.verdict import light_of
     from plica.video.settings import Settings
@@ -309,6 +403,8 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         fps=options.fps,
         mm_per_px=options.mm_per_px,
         rotation=options.rotation,
+        first=options.first,
+        last=options.last,
         region=options.region,
         dataset=options.dataset,
         segmenter=options.segmenter,
@@ -322,27 +418,37 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         label=options.label,
         recorded=options.recorded,
     )
-    with storage_errors(options.output):
+    with storage_errors(output):
         found = analyse(
-            options.source,
-            options.output,
+            source,
+            output,
             settings,
             masks={} if options.no_masks else options.masks,
             until=until,
             progress=not options.quiet,
         )
-        write_tables(found)
-        with figures_shown(not options.quiet):
-            page = write_report(found) if report else None
-        if page and options.pdf:
-            page = pdf_of(page)
-    if not options.quiet:
+        page = output / "report.html"
+        if printed or not report or not newer(page, found.path):
+            write_tables(found)
+            if options.praat:
+                write_praat(found)
+            if report:
+                with figures_shown(not options.quiet):
+                    page = write_report(found)
+                if options.pdf:
+                    page = pdf_of(page)
+    if printed and not options.quiet:
         print(_table(found))
-        if page:
+        if report:
             print(f"report: {page}")
-    if report and (light := light_of(found)).colour != "good":
+    if printed and report and (light := light_of(found)).colour != "good":
         print(f"plica: Caution: the recording's light is {light.shown}. {light.said}", file=sys.stderr)
     return found
+
+
+def newer(page: Path, results: Path) -> bool:
+    """Whether a page is there that was written after these results."""
+    return page.exists() and page.stat().st_mtime_ns > results.stat().st_mtime_ns
 
 
 def _table(found: Analysis) -> str:

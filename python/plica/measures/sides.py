@@ -8,7 +8,7 @@ import numpy as np
 
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
-from plica.measures.phase import crest, fundamental, phase_lag
+from plica.measures.phase import Mask, crest, fundamental, phase_lag
 from plica.measures.record import Floats
 
 _NAMES = ("amplitude_left", "amplitude_right", "amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
@@ -40,12 +40,15 @@ def lags(time: Floats, first: Floats, second: Floats, cycles: Cycles) -> Floats:
     )
 
 
-def crest_lags(time: Floats, first: Floats, second: Floats, cycles: Cycles) -> Floats:
+def crest_lags(
+    time: Floats, first: Floats, second: Floats, cycles: Cycles, apart: Mask | None = None
+) -> Floats:
     """(c) rad, lag of the crest of the second edge behind that of the first, in each cycle.
 
-    Of samples in which they are apart: what stops the edges of folds that touch is no part of their phase.
+    Of samples (k) in which the folds are `apart`, by default those in which these edges are: what stops the
+    edges of folds that touch is no part of their phase.
     """
-    apart = first + second > 0
+    apart = first + second > 0 if apart is None else apart
     return np.array(
         [
             phase_lag(crest(time, first, apart, *ends), crest(time, second, apart, *ends))

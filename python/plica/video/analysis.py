@@ -510,4 +510,6 @@ def _open(source: str | Path, settings: Settings, scale: tuple[float, float] | N
         region=None if settings.region is None else Region(*settings.region),
         dataset=settings.dataset,
         scale=scale,
+        first=settings.first,
+        last=settings.last,
     )

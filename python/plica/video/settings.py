@@ -44,6 +44,10 @@ class Settings:
     """Millimetres a pixel; None: lengths in pixels."""
     rotation: float = 0.0
     """Degrees, anticlockwise as seen."""
+    first: int | None = None
+    """First frame that is analysed; None: 0. Frames and times are counted from it."""
+    last: int | None = None
+    """Last frame that is analysed, included; None: the last one."""
     region: tuple[int, int, int, int] | None = None
     """x, y, width, height in px of the turned frames."""
     dataset: str | None = None
@@ -89,6 +93,14 @@ class Settings:
                 many = "numbers" if length is None else f"{length} {whole}numbers"
                 raise VideoError(f"Video: {name} = {values!r}; must be {many}.")
             object.__setattr__(self, name, read)
+        for name in ("first", "last"):
+            frame = getattr(self, name)
+            if frame is not None and (not _is_whole(frame) or frame < 0):
+                raise VideoError(f"Video: {name} = {frame!r}; must be the number of a frame, 0 or more.")
+        if self.first is not None and self.last is not None and not self.first < self.last:
+            raise VideoError(
+                f"Video: first = {self.first}, last = {self.last}; the last must come after the first."
+            )
         for name in ("fps", "mm_per_px", "rotation"):
             number = getattr(self, name)
             if number is None and name != "rotation":

@@ -39,7 +39,7 @@ _FLOORS = {
         {"motion"},
         {"settings"},
         {"measures"},
-        {"analysis", "chain", "checks", "results", "tables"},
+        {"analysis", "chain", "checks", "praat", "results", "tables"},
         {"report"},
     ),
     "plica.identify": (

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
-from plica.video.files.sources import FrameSource, open_source, read
+from plica.video.files.sources import FrameSource, Part, open_source, read
 
 __all__ = ["Frames", "Grey", "Picture", "Recording", "Region", "spread"]
 
@@ -81,6 +81,8 @@ class Recording:
         region: Region | None = None,
         dataset: str | None = None,
         scale: tuple[float, float] | None = None,
+        first: int | None = None,
+        last: int | None = None,
     ) -> Recording:
         """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY; a camera's own .cine or
         .mraw with .cih or .cihx. Reads every frame.
@@ -99,6 +101,8 @@ class Recording:
         scale : (low, high), optional
             Grey values that become 0 and 255. The default is percentiles 0.5 and 99.5 of all pixels, which no
             highlight sets.
+        first, last : int, optional
+            The part of it that is used, both included; its frames are counted from 0 again.
 
         Raises
         ------
@@ -113,7 +117,7 @@ class Recording:
                 f"Recording: scale = ({scale[0]:g}, {scale[1]:g}); must be two finite numbers, the lower one "
                 "first."
             )
-        source = open_source(Path(path), dataset)
+        source = Part.of(open_source(Path(path), dataset), first, last)
         _check_region(source, region)
         return cls(source, scale or _scale(source), rotation, region)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol
@@ -26,7 +27,7 @@ from plica.video.files.phantom import Phantom
 from plica.video.files.photron import Photron
 from plica.video.files.tiff_file import count_pages, open_tiff
 
-__all__ = ["FrameSource", "open_source", "read"]
+__all__ = ["FrameSource", "Part", "open_source", "read"]
 
 _VIDEO = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".wmv", ".webm"}
 _TIFF = {".tif", ".tiff"}
@@ -51,10 +52,17 @@ class FrameSource(Protocol):
         What the file of a high-speed camera says of it.
     """
 
-    name: str
-    count: int
-    shape: tuple[int, int]
-    camera: Camera | None
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def count(self) -> int: ...
+
+    @property
+    def shape(self) -> tuple[int, int]: ...
+
+    @property
+    def camera(self) -> Camera | None: ...
 
     def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         """Frames begin to end (excluded), one at a time, each with its name: (h, w), or that x colours.
@@ -94,6 +102,47 @@ def open_source(path: Path, dataset: str | None = None) -> FrameSource:
         raise VideoError(f"Recording: {path.name} is one image; must be two frames or more. Give its folder.")
     known = ", ".join(sorted(_VIDEO | _TIFF | _HDF5 | _PHOTRON | {".npy", ".cine"}))
     raise VideoError(f"Recording: {path.name}; must be a folder of images or end in one of {known}.")
+
+
+@dataclass(frozen=True)
+class Part:
+    """Consecutive frames of a source, from `first` on, `count` of them."""
+
+    source: FrameSource
+    first: int
+    count: int
+
+    @classmethod
+    def of(cls, source: FrameSource, first: int | None, last: int | None) -> FrameSource:
+        """From the first to the last frame (included); None: to that end of the source. VideoError where it
+        has no two such frames."""
+        begin, end = first or 0, source.count - 1 if last is None else last
+        if not 0 <= begin < end < source.count:
+            raise VideoError(
+                f"Recording: frames {begin} to {end}; must be two or more, in [0, {source.count - 1}]: "
+                f"{source.name} has {source.count} frames."
+            )
+        whole = begin == 0 and end == source.count - 1
+        return source if whole else cls(source, begin, end - begin + 1)
+
+    @property
+    def name(self) -> str:
+        """For messages."""
+        return self.source.name
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width, px."""
+        return self.source.shape
+
+    @property
+    def camera(self) -> Camera | None:
+        """What the file of a high-speed camera says of it."""
+        return self.source.camera
+
+    def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+        """As of the source."""
+        return self.source.pixels(self.first + begin, self.first + end)
 
 
 def read(source: FrameSource, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:

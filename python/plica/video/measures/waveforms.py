@@ -39,7 +39,7 @@ from plica.video.measures.intervals import with_errors
 from plica.video.measures.lateral_light import by_light, cautioned, is_shaded, is_wide
 from plica.video.measures.slit_measures import differs, noted, open_besides
 
-__all__ = ["area_cycles", "measures", "phases", "scale_of", "wide_share"]
+__all__ = ["area_cycles", "counted", "measures", "phases", "scale_of", "wide_share"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -146,7 +146,7 @@ def measures(
     time = step * np.arange(area.total.size)
     seen = _Seen(time, size, sides)
     clear = area.lost is not None and area.lost.by_blur_alone
-    sharp = area.unblurred if clear else area
+    sharp = counted(area)
 
     def of_sides(counted: GlottalArea, outlined: GlottalArea) -> list[Measure]:
         with_slits, without = (seen.of_sides(part, length, cycles) for part in (counted, outlined))
@@ -204,6 +204,11 @@ def measures(
             found, Estimate(area.total, sharp.total, sharp.total, chosen, length), errors, cycles
         )
     return Measures(found, scale), cycles
+
+
+def counted(area: GlottalArea) -> GlottalArea:
+    """With the slits that blur hides, where what darkens the midline is slits and no shade."""
+    return area.unblurred if area.lost is not None and area.lost.by_blur_alone else area
 
 
 def area_cycles(area: GlottalArea, fps: float | None = None, mm_per_px: float | None = None) -> Cycles:

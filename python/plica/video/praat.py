@@ -1,0 +1,101 @@
+"""What Praat opens: the glottal area as a sound, and its cycles and phases as a TextGrid beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby, pairwise
+from pathlib import Path
+
+import numpy as np
+
+from plica.storage.files import replaced, write_text
+from plica.video.analysis import Analysis
+from plica.video.errors import VideoError
+from plica.video.measures.waveforms import counted
+
+__all__ = ["write_praat"]
+
+Intervals = Sequence[tuple[float, float, str]]
+
+
+def write_praat(found: Analysis) -> tuple[Path, Path]:
+    """Write area.wav and area.TextGrid; returns both.
+
+    The sound has a sample a frame, from 0 (no area) to 1 (the largest). The TextGrid has the tiers "cycles",
+    by number, and "phase": closed, opening, open, closing.
+
+    Raises
+    ------
+    VideoError
+        Where the frame rate is not known, or is no whole number of frames per second.
+    """
+    rate = found.settings.fps
+    if rate is None or rate != int(rate):
+        value = "unknown" if rate is None else f"{rate:g}"
+        raise VideoError(
+            f"Praat: fps is {value}; must be a whole number of frames per second for a sound (--fps)."
+        )
+    from scipy.io import wavfile
+
+    area = counted(found.area).filled().total
+    sound = (area / max(float(area.max()), 1e-12)).astype(np.float32)
+    paths = found.directory / "area.wav", found.directory / "area.TextGrid"
+    replaced(paths[0], lambda draft: wavfile.write(draft, int(rate), sound))
+    end = found.count / rate
+    ends = pairwise(found.cycles.starts.tolist())
+    cycles = [(low, high, str(number)) for number, (low, high) in enumerate(ends, 1)]
+    phases: list[tuple[float, float, str]] = []
+    frame = 0
+    for name, group in groupby(found.phase):
+        length = len(list(group))
+        phases.append((frame / rate, (frame + length) / rate, name))
+        frame += length
+    text = text_grid(end, {"cycles": cycles, "phase": phases})
+    write_text(text, paths[1])
+    return paths
+
+
+def text_grid(end: float, tiers: dict[str, Intervals]) -> str:
+    """A TextGrid from 0 to `end` (s) of interval tiers; what no interval of a tier covers has no text."""
+    lines = [
+        'File type = "ooTextFile"',
+        'Object class = "TextGrid"',
+        "",
+        "xmin = 0",
+        f"xmax = {end!r}",
+        "tiers? <exists>",
+        f"size = {len(tiers)}",
+        "item []:",
+    ]
+    for number, (name, intervals) in enumerate(tiers.items(), 1):
+        covered = _covering(end, intervals)
+        lines += [
+            f"    item [{number}]:",
+            '        class = "IntervalTier"',
+            f'        name = "{name}"',
+            "        xmin = 0",
+            f"        xmax = {end!r}",
+            f"        intervals: size = {len(covered)}",
+        ]
+        for k, (low, high, text) in enumerate(covered, 1):
+            lines += [
+                f"        intervals [{k}]:",
+                f"            xmin = {low!r}",
+                f"            xmax = {high!r}",
+                f'            text = "{text}"',
+            ]
+    return "\n".join(lines) + "\n"
+
+
+def _covering(end: float, intervals: Intervals) -> list[tuple[float, float, str]]:
+    """The intervals, in order, and empty ones between them, from 0 to the end."""
+    found: list[tuple[float, float, str]] = []
+    now = 0.0
+    for low, high, text in intervals:
+        if low > now:
+            found.append((now, low, ""))
+        found.append((low, high, text))
+        now = high
+    if now < end:
+        found.append((now, end, ""))
+    return found
