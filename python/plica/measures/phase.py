@@ -62,12 +62,13 @@ def crest(time: Floats, signal: Floats, seen: Mask, start: float, end: float) ->
     Returns
     -------
     complex
-        In units of the signal; NaN for fewer than five samples that are seen, or one that is not finite.
+        In units of the signal; the `fundamental` where fewer than five samples are seen, NaN where one is not
+        finite.
     """
     first, last = np.searchsorted(time, (start, end))
     values, there = np.asarray(signal[first:last], dtype=float), seen[first:last]
     if there.sum() < _CREST or not np.isfinite(values).all():
-        return complex("nan")
+        return fundamental(time, signal, start, end)
     quarter = values.min() + 0.25 * np.ptp(values)
     fifth = np.sort(values[there])[-_CREST]
     chosen = there & (values >= min(quarter, fifth))

@@ -8,7 +8,7 @@ import numpy as np
 
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
-from plica.measures.phase import Mask, crest, fundamental, phase_lag
+from plica.measures.phase import Mask, crest, fundamental, phase_lag, still
 from plica.measures.record import Floats
 
 _NAMES = ("amplitude_left", "amplitude_right", "amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
@@ -48,7 +48,9 @@ def crest_lags(
     Of samples (k) in which the folds are `apart`, by default those in which these edges are: what stops the
     edges of folds that touch is no part of their phase.
     """
-    apart = first + second > 0 if apart is None else apart
+    if apart is None:
+        width = first + second
+        apart = width > still * np.abs(width).max(initial=0.0)
     return np.array(
         [
             phase_lag(crest(time, first, apart, *ends), crest(time, second, apart, *ends))

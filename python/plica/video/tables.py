@@ -80,13 +80,13 @@ def folds_table(found: Analysis) -> Columns:
             way = float(np.nanmean(cycles.used(amplitudes(time, edge, cycles))))
             rows[place, side] = way
             if way >= 0.5:
-                apart = left + right > 0
+                apart = left + right > 1e-9
                 lags = cycles.used(crest_lags(time, area, edge, cycles, apart))
                 lags = lags[np.isfinite(lags)]
                 if lags.size:
                     rows[place, 2 + side] = np.angle(np.mean(np.exp(1j * lags)))
         inside = np.concatenate([np.arange(part.start, part.stop) for part in cycles.samples(time)])
-        rows[place, 4] = np.mean((left + right)[inside] > 0)
+        rows[place, 4] = np.mean((left + right)[inside] > 1e-9)
     unit = found.scale.unit
     columns = {
         "place": (np.arange(count) + 0.5) / count,

@@ -62,7 +62,7 @@ class GlottalArea:
     @property
     def opened(self) -> Mask:
         """(frames) whether the edges are apart, in the middle tenth."""
-        return np.asarray(self.left_edge + self.right_edge > 0)
+        return np.asarray(self.left_edge + self.right_edge > 1e-9)
 
     @property
     def stored(self) -> dict[str, Floats]:

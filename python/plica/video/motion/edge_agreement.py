@@ -47,7 +47,7 @@ def edge_agreement(
     from scipy import ndimage
 
     band: Mask | None = None
-    opened = area.left_edge + area.right_edge > 0
+    opened = area.opened
     ways, moved = [], []
     for k, (flow, (before, _)) in enumerate(zip(flows, pairwise(glottis), strict=True)):
         if band is None:
