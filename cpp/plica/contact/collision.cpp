@@ -64,7 +64,8 @@ Vector last_friction(const std::vector<Constraint>& constraints, const Contacts&
 }  // namespace
 
 void Collision::Options::validate() const {
-  if (!(tolerance > 0)) throw InvalidInput("Contact", "tolerance", tolerance, "mean edges", "> 0");
+  if (!(tolerance > 0 && tolerance < 1))
+    throw InvalidInput("Contact", "tolerance", tolerance, "mean edges", "in (0, 1)");
   if (max_passes < 1) throw InvalidInput("Contact", "max_passes", max_passes, "", ">= 1");
 }
 
@@ -282,6 +283,8 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     }
     if (passes == max_passes) {
       const Worst worst = worst_of(*method_, constraints, last, x);
+      if (!worst.constraint)
+        return {{}, "Contact: none of " + std::to_string(passes) + " passes settled. Try a smaller step."};
       return {{},
               "Contact: gap error " + number_text(worst.off) + " m after " + std::to_string(passes) +
                   " passes (tolerance " + number_text(tolerance()) + " m), worst at node " +

@@ -20,7 +20,7 @@ namespace plica {
 class Collision {
  public:
   struct Options {
-    double tolerance = 1e-5;  // -, > 0: largest gap error, in mean interface edges
+    double tolerance = 1e-5;  // -, in (0, 1): largest gap error, in mean interface edges
     int max_passes = 200;     // >= 1; most steps take 1 to 3, two folds edge to edge can take a hundred
     void validate() const;
   };

@@ -234,6 +234,7 @@ ContactRecord ReducedCollision::record(const State& now) {
 }
 
 void ReducedCollision::restore(const State& state) {
+  watched_.resize(0);
   look_everywhere();
   const Points& x = ends(state.displacement);
   collision_->update(x);
@@ -257,7 +258,6 @@ void ReducedCollision::require_open_beyond(const State& now, const Points& x) {
   if (watched_.size() == 0) watched_ = Vector::Zero(motion_.size());
   Detector& detector = *everywhere_detector_;
   const double reach = 2 * proximity_->moved(now.displacement - watched_) + now.depth;
-  watched_ = now.displacement;
   const Points at = x(nodes_, Eigen::all);
   detector.update(at);
   for (const ContactSurface* side : {&detector.first(), &detector.second()})
@@ -268,6 +268,7 @@ void ReducedCollision::require_open_beyond(const State& now, const Points& x) {
                           number_text(at(pair.slave, 1)) + ", " + number_text(at(pair.slave, 2)) +
                           ") m, where they slid past each other more steeply than contact is looked for. Leave "
                           "the reduction out.");
+  watched_ = now.displacement;  // of what was refused the next look is still at all that moved since
 }
 
 }  // namespace plica

@@ -69,6 +69,7 @@ State ReducedModel::begun(const State& full) {
     state.flow_load = motion_.forces(full.flow_load);
     state.supplied_power = full.supplied_power;
     state.viscous_power = full.viscous_power;
+    state.air = full.air;
   }
   if (contact_) {
     state.contact_force = Vector::Zero(motion_.size());

@@ -1,5 +1,7 @@
 #include "plica/dynamics/scheme.hpp"
 
+#include <cmath>
+
 #include "plica/core/error.hpp"
 
 namespace plica {
@@ -8,10 +10,10 @@ namespace {
 
 struct Coefficients {
   SchemeCoefficients operator()(const Newmark& scheme) const {
-    if (!(scheme.beta > 0))
+    if (!(scheme.beta > 0 && std::isfinite(scheme.beta)))
       throw InvalidInput("Newmark", "beta", scheme.beta, "", "> 0",
                          "The explicit scheme, beta = 0, is CentralDifferences.");
-    if (!(scheme.gamma >= 0.5))
+    if (!(scheme.gamma >= 0.5 && std::isfinite(scheme.gamma)))
       throw InvalidInput("Newmark", "gamma", scheme.gamma, "", ">= 1/2", "Below, energy grows without bound.");
     if (!(2 * scheme.beta >= scheme.gamma))
       throw InvalidInput("Newmark", "beta", scheme.beta, "", ">= gamma / 2", "Unconditional stability needs it.");

@@ -32,6 +32,9 @@ Floats = NDArray[np.float64]
 _HINT = "Copy it again from where it is whole, or make it again (plica identify --resume)"
 _UNITS = {
     "posterior/mean": "log of the unit, or the unit",
+    "posterior/prior_mean": "log of the unit, or the unit",
+    "posterior/derived/median": "each the one of posterior/units",
+    "posterior/derived/interval": "each the one of posterior/units",
     "recording/start": "px: column, row",
     "recording/place": "m",
     "recording/observed": "px: right, down",

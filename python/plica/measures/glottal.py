@@ -110,13 +110,15 @@ def amplitude_growth(time: Floats, signal: Floats, cycles: Cycles, cautions: Seq
     """
     if cycles.growth is not None:
         return whole("amplitude_growth", cycles.growth, "over the last half of all cycles", cautions)
-    amplitudes = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
-    slope = np.polyfit(np.arange(amplitudes.size), amplitudes, 1)[0]
+    amplitudes = cycles.used(np.array([np.ptp(signal[part]) for part in cycles.samples(time)]))
+    number = np.flatnonzero(np.isfinite(amplitudes))
+    amplitudes = amplitudes[number]
+    slope = np.polyfit(number, amplitudes, 1)[0]
     return Measure(
         "amplitude_growth",
         float(slope / amplitudes.mean()),
         None,
-        cycles.count,
+        amplitudes.size,
         cautions=tuple(cautions),
-        replicates=of_slope(amplitudes) if cycles.recorded else None,
+        replicates=of_slope(number, amplitudes) if cycles.recorded else None,
     )

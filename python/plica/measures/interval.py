@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from plica.measures.record import Floats
 
@@ -82,15 +83,15 @@ def of_mean(values: Floats) -> Replicates | None:
     return of_ratio(values, np.ones(values.size))
 
 
-def of_slope(values: Floats) -> Replicates | None:
-    """Replicates of the slope of the line through the values of successive cycles, divided by their mean;
-    None for fewer than four. Cycles are drawn with their indices."""
+def of_slope(places: npt.NDArray[np.int_], values: Floats) -> Replicates | None:
+    """Replicates of the slope of the line through the values (n) of the cycles with these numbers (n),
+    divided by their mean; None for fewer than four. Cycles are drawn with their numbers."""
     n = values.size
     if n < 4:
         return None
     indices = np.random.default_rng([_SEED, n, 1]).integers(0, n, (_DRAWS, n))
     indices = indices[np.ptp(indices, axis=1) > 0]
-    number, value = indices - indices.mean(axis=1, keepdims=True), values[indices]
+    number, value = places[indices] - places[indices].mean(axis=1, keepdims=True), values[indices]
     return Replicates((number * value).sum(axis=1) / (number**2).sum(axis=1) / value.mean(axis=1), n)
 
 

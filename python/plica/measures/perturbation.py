@@ -53,8 +53,8 @@ def perturbation_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[
         values = cycles.used(every)
         item = _relative(local, *local_perturbation(values), float(np.nanmean(values)), cycles)
         found.append(_with_frame_jitter_caution(item) if local == "jitter" else item)
-        if values.size < points + 2:
-            few = f"only {values.size} cycles: at least {points + 2} are needed"
+        if (used := int(np.isfinite(values).sum())) < points + 2:
+            few = f"only {used} cycles: at least {points + 2} are needed"
             found.append(absent(quotient, few))
         else:
             found.append(
@@ -65,8 +65,9 @@ def perturbation_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[
 
 def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycles) -> Measure:
     cautions = [cycles.note] if cycles.note else []
-    if cycles.count < few_cycles:
-        cautions.append(f"only {cycles.count} cycles: perturbations need about {few_cycles}")
+    used = cycles.count - len(cycles.left_out)
+    if used < few_cycles:
+        cautions.append(f"only {used} cycles: perturbations need about {few_cycles}")
     known = np.isfinite(top) & np.isfinite(bottom)
     top, bottom = top[known], bottom[known]
     if not top.size:
@@ -75,7 +76,7 @@ def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycle
         name,
         float(top.mean() / mean),
         None,
-        cycles.count,
+        used,
         cautions=tuple(cautions),
         replicates=of_ratio(top, bottom) if cycles.recorded else None,
     )

@@ -74,6 +74,9 @@ def reduction_basis(
     InvalidInput
         If more vectors are requested than there are, or a rigid motion is possible.
     """
+    for name, number in (("modes", modes), ("contact_vectors", contact_vectors)):
+        if number is not None and number < 0:
+            raise InvalidInput(f"reduce: {name} = {number}; must be >= 0.")
     free, points = ~fixed.ravel(), np.asarray(mesh.points)
     planes = symmetry_planes(symmetry)
     symmetric = _Symmetric(points, planes, free)

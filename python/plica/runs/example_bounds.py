@@ -3,10 +3,11 @@
 example_bounds.json has the estimate (`Uncertainty.as_json`), the scene and the definitions of its
 measures; ``python -m benchmarks.uncertainty.voice`` writes it, and docs/uncertainty.md has how far its
 bounds hold. It is used for a run whose scene is the same but for what has no part in the steady
-vibration's error (the start, also how the pressure rises, the duration, the output, the solver, a
-symmetry), whose voice is settled, and for a subglottal pressure within a tenth. That a bound of one voice
-holds for its neighbours is an assumption; the estimate of the run itself replaces it. A bound is carried
-over as a number or as a share of the value, whichever is larger.
+vibration's error (the start, also how the pressure rises, the duration, the output, the solver with a
+tolerance that is no larger, a symmetry), whose voice is settled, and for a subglottal pressure within a
+tenth.
+That a bound of one voice holds for its neighbours is an assumption; the estimate of the run itself replaces
+it. A bound is carried over as a number or as a share of the value, whichever is larger.
 """
 
 from __future__ import annotations
@@ -33,7 +34,11 @@ __all__ = ["Example", "example_bounds", "write_example"]
 FILE = "example_bounds.json"
 _NEAR = 0.1  # of the example's subglottal pressure
 _PRESSURE = "airflow.subglottal_pressure"
-_OTHER = ("symmetry", "initial.", "output.", "solver.", "time.duration", "airflow.rise", _PRESSURE)
+_TOLERANCE = "solver.tolerance"
+_OTHER = (
+    *("symmetry", "initial.", "output.", "solver.method", _TOLERANCE),
+    *("time.duration", "airflow.rise", _PRESSURE),
+)
 _SAME = 1e-9  # relative; tissue presets differ from the example's tissue by round-off
 
 
@@ -64,6 +69,8 @@ def example_bounds(scene: Scene, measures: Mapping[str, Measure], cycles: Cycles
     example = _example()
     mine, its = _facts(scene.text()), _example_facts()
     pressure = float(its.get(_PRESSURE, 0.0))
+    if not float(mine.get(_TOLERANCE, 1.0)) <= float(its.get(_TOLERANCE, 0.0)):
+        return {}
     if not abs(float(mine.get(_PRESSURE, 0.0)) - pressure) <= _NEAR * pressure or not _alike(mine, its):
         return {}
     source = (

@@ -89,14 +89,35 @@ class Field:
         return self.shape[0]
 
     def __getitem__(self, key: Any) -> NDArray[Any]:
-        first, *rest = key if isinstance(key, tuple) else (key,)
+        first, *rest = self._whole(key)
         frames = np.arange(len(self))[first]
+        if np.ndim(frames) and any(isinstance(part, list | np.ndarray) for part in rest):
+            raise InvalidInput(
+                "Field: frames and nodes by arrays at once; must be one of both. Take the frames first."
+            )
         with Stored(self._path, hint=store.HINT) as file:
             if np.ndim(frames) == 0:
                 return np.asarray(file.row(self._name, int(frames))[tuple(rest)])
             rows = file.rows(self._name)
             chosen = [rows[int(frame)][tuple(rest)] for frame in frames]
-        return np.asarray(chosen) if chosen else np.empty((0, *self.shape[1:]), self.dtype)
+        return (
+            np.asarray(chosen) if chosen else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *rest)]
+        )
+
+    def _whole(self, key: Any) -> tuple[Any, ...]:
+        """What is asked for of the frames, and of each of them: with "..." written out."""
+        parts = key if isinstance(key, tuple) else (key,)
+        if any(part is None for part in parts):
+            raise InvalidInput(
+                "Field: an index is None; must be frames, nodes and components. Add axes later."
+            )
+        at = [k for k, part in enumerate(parts) if part is Ellipsis]
+        if len(at) > 1:
+            raise InvalidInput("Field: an index has two ellipses; must have one.")
+        if at:
+            missing = len(self.shape) - (len(parts) - 1)
+            parts = (*parts[: at[0]], *[slice(None)] * missing, *parts[at[0] + 1 :])
+        return parts or (slice(None),)
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         return (self[frame] for frame in range(len(self)))

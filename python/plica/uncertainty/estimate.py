@@ -28,6 +28,7 @@ from plica.uncertainty.plan import Plan, fewest_cycles, plan_levels, steps_measu
 from plica.uncertainty.sample import Sampled, sampled
 from plica.uncertainty.start import Start, kept_start
 from plica.uncertainty.text import planned, sentence, write_csv
+from plica.units import number
 
 __all__ = ["estimate_uncertainty"]
 
@@ -75,10 +76,7 @@ def estimate_uncertainty(
     KeyboardInterrupt
         Stopped; repeat the call to continue.
     """
-    if not budget >= 0:
-        raise InvalidInput(
-            f"estimate_uncertainty: budget = {budget:g}; must be >= 0, in units of the run's time."
-        )
+    number("estimate_uncertainty", "budget", budget, 0.0, 1e6, "")
     run = _finished(Path(directory))
     other = _other(run.scene, mesh)
     folder = run.directory / _FOLDER

@@ -97,7 +97,7 @@ def test_a_damaged_file_is_named(refused: Made, tmp_path: Path) -> None:
         ({"flow": np.ones((PAIRS, *SHAPE, 2), complex)}, "flow has type complex128; must be real"),
         (
             {"sd": np.zeros((PAIRS, *SHAPE))},
-            "flow.h5: sd[0, 4, 4] = 0 px; must be > 0, or nan where unknown",
+            "flow.h5: sd[0, 4, 4] = 0 px; must be > 0 and finite, or nan where unknown",
         ),
         ({"sd": -np.ones((PAIRS, *SHAPE))}, "sd[0, 4, 4] = -1 px; must be > 0"),
         ({"flow": np.full((PAIRS, *SHAPE, 2), 1e4)}, "a reliable flow in px per frame"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plica.measures.cycles import Cycles
-from plica.measures.glottal import area_measures, frequency_measures, quotient_measures
+from plica.measures.glottal import amplitude_growth, area_measures, frequency_measures, quotient_measures
 from plica.measures.interval import Replicates, of_mean, of_ratio, of_slope
 from plica.measures.measure import Measure, per_cycle
 from plica.measures.perturbation import (
@@ -284,7 +284,9 @@ def test_bootstrap_intervals_hold_the_truth_as_often_as_they_say(count: int) -> 
         bottom = 2 + 0.3 * random.standard_normal(count)
         low, high = of_ratio(1.5 * bottom + 0.2 * random.standard_normal(count), bottom).interval
         held[1] += low <= 1.5 <= high
-        low, high = of_slope(5 + 0.1 * np.arange(count) + 0.2 * random.standard_normal(count)).interval
+        low, high = of_slope(
+            np.arange(count), 5 + 0.1 * np.arange(count) + 0.2 * random.standard_normal(count)
+        ).interval
         held[2] += low <= 0.1 / (5 + 0.05 * (count - 1)) <= high
     # 400 at 95 %: a standard deviation of 1.1 %; blocks and few cycles cost some coverage.
     assert (held / 400 > 0.9).all()
@@ -309,3 +311,16 @@ def test_digits_end_where_the_interval_begins() -> None:
     drawn = Replicates(np.linspace(0.5111, 0.5374, 2000), 1e9)
     shown = row(Measure("open_quotient", 0.52437, 0.02, 30, replicates=drawn))
     assert (shown.value, shown.interval) == ("0.52", "0.51 to 0.54")
+
+
+def test_cycles_that_are_left_out_have_no_part_in_growth_and_perturbations() -> None:
+    time = np.arange(0, 480.0)
+    area = 100 * np.maximum(0.0, np.sin(2 * np.pi * time / 20))
+    spoiled = np.where(time >= 320, 0.7 * area, area)
+    cycles = Cycles(np.arange(0.0, 461.0, 20.0), recorded=True, left_out=tuple(range(16, 23)))
+    growth = amplitude_growth(time, spoiled, cycles)
+    assert growth.value == pytest.approx(0.0, abs=1e-12)
+    assert growth.cycles == 16
+    (shimmer,) = (item for item in perturbation_measures(time, spoiled, cycles) if item.name == "shimmer")
+    assert shimmer.cycles == 16
+    assert any("only 16 cycles" in said for said in shimmer.cautions)

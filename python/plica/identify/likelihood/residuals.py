@@ -40,15 +40,24 @@ class ResidualTest:
     """[-] Correlation between consecutive frames, in [-1, 1]."""
     correlation_in_space: float
     """[-] Correlation between neighbouring points, in [-1, 1]."""
+    consecutive: int = 1
+    """Number of products of consecutive frames; without one, correlation in time is not tested."""
 
     @property
     def passed(self) -> bool:
-        """Whether no score is beyond 3.3."""
-        return all(abs(s) <= LIMIT for s in (self.in_time, self.in_space, self.tails, self.level))
+        """Whether no score is beyond 3.3, and correlation in time was tested."""
+        return self.consecutive > 0 and all(
+            abs(s) <= LIMIT for s in (self.in_time, self.in_space, self.tails, self.level)
+        )
 
     def sentences(self) -> list[str]:
         """A warning for each score that failed."""
         warnings = []
+        if not self.consecutive:
+            warnings.append(
+                "No two consecutive frames are observed: whether residuals are correlated in time, as those "
+                "of a wrong model are, was not tested."
+            )
         if abs(self.in_time) > LIMIT:
             warnings.append(
                 f"The residuals of consecutive frames are correlated ({self.correlation_in_time:+.2f}, score "
@@ -141,6 +150,7 @@ def residual_test(z: Array, positions: Array) -> ResidualTest:
     mutual = 1 + np.mean(neighbour[neighbour] == np.arange(len(neighbour)))  # mutual neighbours count twice
     return ResidualTest(
         count=len(finite),
+        consecutive=int(np.isfinite(time).sum()),
         in_time=_score(time),
         in_space=_score(space) / math.sqrt(mutual),
         tails=float((np.mean(finite**4) - 3) / math.sqrt(96 / len(finite))),

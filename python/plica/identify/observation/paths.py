@@ -69,12 +69,12 @@ def correlation_length(fields: Iterable[Floats], farthest: int = _FARTHEST) -> f
 def _error(motion: PixelMotion, pair: int, at: Floats) -> Floats:
     if motion.sd is not None:
         stated = np.asarray(_nearest(motion.sd(pair), at, np.nan))
-        wrong = np.flatnonzero(stated <= 0)
+        wrong = np.flatnonzero((stated <= 0) | np.isinf(stated))
         if len(wrong):
             column, row = at[wrong[0]].round()
             raise InvalidInput(
-                f"{motion.name}: sd[{pair}, {row:g}, {column:g}] = {stated[wrong[0]]:g} px; must be > 0, or "
-                "nan where unknown."
+                f"{motion.name}: sd[{pair}, {row:g}, {column:g}] = {stated[wrong[0]]:g} px; must be > 0 and "
+                "finite, or nan where unknown. Take what is useless as not visible."
             )
         return stated
     if motion.error is None:

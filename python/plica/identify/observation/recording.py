@@ -217,7 +217,17 @@ def _closed(motion: PixelMotion, pairs: range, settings: Settings) -> Mask:
     if motion.area is None or not settings.closed_below:
         return np.zeros(len(pairs), dtype=bool)
     area = motion.area[pairs[0] : pairs[-1] + 2]
-    closed = area < settings.closed_below * np.nanmax(area) if np.isfinite(area).any() else area < 0
+    known = np.flatnonzero(np.isfinite(area))
+    if not known.size:
+        return np.zeros(len(pairs), dtype=bool)
+    closed = area < settings.closed_below * area[known].max()
+    # Between known frames, the glottis is closed if it is in either: forces there must not be left out.
+    before, after = (
+        np.searchsorted(known, np.arange(area.size), "right") - 1,
+        np.searchsorted(known, np.arange(area.size)),
+    )
+    last = known.size - 1
+    closed |= closed[known[np.clip(before, 0, last)]] | closed[known[np.clip(after, 0, last)]]
     return np.asarray(closed[:-1] | closed[1:])
 
 
@@ -227,7 +237,8 @@ def _sd(errors: Floats, settings: Settings, motion: PixelMotion, lead: int) -> F
     if settings.sd is not None:
         sd = np.full((frames, points), settings.sd)
     elif motion.sd is not None:
-        sd = np.where(np.isfinite(errors) & (errors > 0), errors, STATED_SD)
+        most = np.nanmax(errors) if np.isfinite(errors).any() else STATED_SD
+        sd = np.where(np.isfinite(errors), errors, most)  # what is not known is trusted least
     elif motion.error is not None:
         known = np.isfinite(errors)
         square = np.where(known, errors, 0.0) ** 2

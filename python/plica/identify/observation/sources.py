@@ -147,6 +147,8 @@ def _of_arrays(path: Path, data: Mapping[str, Any], attributes: Mapping[str, Any
             raise InvalidInput(
                 f"{path}: {name} has shape {tuple(data[name].shape)}; must be {shape}, to fit flow."
             )
+        if data[name].dtype.kind not in "biuf":
+            raise InvalidInput(f"{path}: {name} has type {data[name].dtype}; must be real numbers.")
         return data[name]
 
     def number(name: str) -> float | None:

@@ -15,12 +15,11 @@ the fold's own:
     whole pixels             d edge = q / (1 + 4 e^2)     of exact masks alone: slits are rounded as one
     midline                  d area left = -m l, d area right = m l
     contact                  d edge left = -k, d edge right = k     where the folds touch, by how it moves
-    steps                    d edge = of each frame of a cycle, alike in all cycles: rounding, where a cycle
-                             has a whole number of frames
     instants                 area(t + u), area(t + v)     on the rise and the fall: between two frames
     crest                    extremes times 1 + w (1 - cos(pi / frames a cycle))
     ends                     length / (1 - r / widest opening) of the glottis, pointed ends lose their outline
-    noise                    of each frame: rounding, of an edge, and of the rows of an area one by one
+    noise                    of each frame: rounding, of an edge, and of the rows of an area one by one; of an
+                             edge also alike in all cycles, which have a whole number of frames, or nearly
 
 Ranges were chosen on films of `python -m benchmarks.video.coverage --chosen`, and judged on others.
 """
@@ -67,7 +66,7 @@ _ADDED = (-1.0, 0.5)  # of what slits added, where they are counted
 _NOT_ADDED = (-0.5, 1.5)  # of the same, where shade between the folds leaves them out
 _ALWAYS = (-0.1, 1.0)  # of what may be open besides; none below 0
 _BORDER, _ALL_ALONG = 0.1, 0.4  # px, of the rows of an area, and of those of an edge, which agree
-_STEPS = 0.3  # px
+_STEPS = 0.4  # px
 _CONTACT = (-1.0, 1.0)  # of how far the line of contact is off one that rests, and off one that moves
 _MIDLINE = 0.4  # px, to which the midline is found (docs/verification/video.md, "Noise and blur")
 _ROUNDED = 0.5  # px
@@ -147,8 +146,8 @@ def draws(
     crest = 1 - np.cos(np.pi / frames)
     for column in _hypercube(len(_ERRORS), random).T:
         place = dict(zip(_ERRORS, column.tolist(), strict=True))
-        true = _with_steps(_with_errors(estimate, errors, place, frames), round(frames), random)
-        noisy = _with_noise(true, place["noise"], random)
+        true = _with_errors(estimate, errors, place, frames)
+        noisy = _with_noise(_with_steps(true, round(frames), random), place["noise"], random)
         marked = _marked(cycles, estimate.outline, true.outline, time)
         rounded = _marked(marked, true.outline, noisy.outline, time)
         grid = place["noise"] * random.uniform(-_MARK, _MARK, cycles.starts.size) * float(time[1] - time[0])
