@@ -32,7 +32,7 @@ _MOVES = 2.0  # times the median of what is left of the prediction
 _AGREE = 3.0  # times the scatter of what follows elsewhere
 _ALIKE, _CYCLES, _DIFFER = 0.8, 6, 0.3  # R, cycles, and standard deviation (frames), from which it is told
 _LEAST = 0.4  # px, root mean square over the widths: less motion shows nothing
-_SHARE = 0.005  # of the frames; of fewer nothing is said
+_SHARE = 0.02  # of the frames; of fewer nothing is said
 _SHOWN = 6  # frames that are named
 
 
@@ -60,7 +60,7 @@ class FrameSequence:
     def doubts(self) -> list[str]:
         """A sentence for each, if there are enough of them."""
         found = []
-        least = max(3.0, _SHARE * self.count)
+        least = max(5.0, _SHARE * self.count)
         for frames, said, made in (
             (self.missing, "missing: the folds jump two frames ahead after", "higher"),
             (self.repeated, "there twice: the folds stand still in", "lower"),

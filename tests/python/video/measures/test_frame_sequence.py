@@ -22,7 +22,7 @@ def _widths(seed: int, jitter: float = 0.0) -> np.ndarray:
 
 @pytest.mark.parametrize("fault", ["missing", "repeated"])
 def test_frames_that_are_missing_or_there_twice_are_found(fault: str) -> None:
-    right = wrong = said = 0
+    right = wrong = 0
     for seed in range(8):
         chosen = np.random.default_rng(seed + 10).choice(_COUNT, 15, replace=False)
         if fault == "missing":
@@ -34,13 +34,8 @@ def test_frames_that_are_missing_or_there_twice_are_found(fault: str) -> None:
         found = frame_sequence(_widths(seed)[:, shown], _PERIODS)
         hit = np.isin(getattr(found, fault), true)
         right, wrong = right + int(hit.sum()), wrong + int((~hit).sum())
-        said += any(
-            {"missing": "jump two frames", "repeated": "stand still"}[fault] in text
-            for text in found.doubts()
-        )
     assert right > 0.06 * 8 * 15
     assert wrong < 0.2 * right
-    assert said >= 1  # the others by their periods
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.05, 0.1])
