@@ -31,9 +31,17 @@ STILL = 0.25  # px: a fold of less amplitude has no phase
 CLOSED = 0.05  # of the largest area of a cycle
 TISSUE, HIGHLIGHT, STRAND = 150.0, 320.0, 225.0  # grey levels
 GLYPHS = (
-    "111101101101111 010110010010111 111001111100111 111001111001111 101101111001001 "
-    "111100111001111 111100111101111 111001010010010 111101111101111 111101111001111"
-).split()
+    "111101101101111",
+    "010110010010111",
+    "111001111100111",
+    "111001111001111",
+    "101101111001001",
+    "111100111001111",
+    "111100111101111",
+    "111001010010010",
+    "111101111101111",
+    "111101111001111",
+)
 """Of the digits, five rows of three dots."""
 
 
@@ -223,7 +231,6 @@ def _measures(film: Film, s: Array) -> dict[str, float | None]:
         "amplitude_right": right,
         "amplitude_ratio": None if left < STILL else right / left,
         "left_right_phase": None if still else float(np.angle(phases[0] / phases[1])),
-        "left_right_phase_of_crests": None if still else _crests(way[cycles][:, :-1]),
     }
 
 

@@ -13,8 +13,7 @@ The films are those of `larynx_films.py`. A row a film and measure: truth, what 
     said    off, but a caution on the measure or a doubt on the recording speaks of it, or it has no value
     SILENT  off, and nothing says so
 
-Phases are in degrees. One value is judged by two truths: that of the fundamental of whole cycles, contact
-included, and that of the crests (`..._of_crests`, not in the row "all").
+Phases are in degrees, and those of the crests.
 
 "Told": how many cautions the measure has, `steady` being the one that says how well edges are placed in
 general, which is no news of a film; and `cause wrong` with what a caution names though the film has none.
@@ -44,7 +43,6 @@ COLUMNS = ("film", "measure", "true", "found", "interval", "verdict", "told")
 VERDICTS = ("held", "near", "said", "SILENT")
 STEADY = re.compile(r"edges are placed to [\d.]+ px, and the lesser amplitude")
 PHASE = "left_right_phase"
-CRESTS = "left_right_phase_of_crests"
 
 SPEAKS_OF = {
     "fundamental_frequency": r"frequenc|pitch|cycle|frames are",
@@ -56,7 +54,6 @@ SPEAKS_OF = {
     "amplitude_right": r"amplitude|right|folds? |edges",
     "amplitude_ratio": r"amplitude|left|right|folds? |edges",
     PHASE: r"phase|left|right|folds? |edges",
-    CRESTS: r"phase|left|right|folds? |edges",
 }
 """What a doubt on the whole recording has in it if it speaks of a measure."""
 
@@ -90,7 +87,7 @@ class Judged:
     """Causes that cautions name and the film has not."""
 
     def row(self) -> list[object]:
-        turn = math.degrees(1) if self.name in (PHASE, CRESTS) else 1.0
+        turn = math.degrees(1) if self.name == PHASE else 1.0
         interval = self.found.interval
         told = self.found.told() + "".join(f"; cause wrong: {cause}" for cause in self.wrong)
         between = "-" if interval is None else " to ".join(_number(turn * end) for end in interval)
@@ -112,7 +109,7 @@ def holds(name: str, interval: tuple[float, float] | None, true: float) -> bool:
     if interval is None:
         return False
     low, high = interval
-    if name in (PHASE, CRESTS):
+    if name == PHASE:
         true += 2 * math.pi * round(((low + high) / 2 - true) / (2 * math.pi))
     slack = 1e-6 * max(1.0, abs(true))
     return low - slack <= true <= high + slack
@@ -124,7 +121,7 @@ def is_near(name: str, true: dict[str, float | None], value: float) -> bool:
     if wanted is None:
         return False
     miss = abs(value - wanted)
-    if name in (PHASE, CRESTS):
+    if name == PHASE:
         return abs(math.remainder(value - wanted, 2 * math.pi)) <= math.radians(5)
     if name == "amplitude_ratio":
         return miss <= 0.5 * max(1.0, wanted) / (true["amplitude_left"] or math.inf)
@@ -141,7 +138,7 @@ def verdict(name: str, true: dict[str, float | None], found: Found, spoken: bool
         return "held" if wanted is None else "said"
     if wanted is None:
         low, high = found.interval or (0.0, 0.0)
-        free = name in (PHASE, CRESTS) and high - low >= 1.9 * math.pi
+        free = name == PHASE and high - low >= 1.9 * math.pi
         return "held" if free else "said" if spoken else "SILENT"
     if holds(name, found.interval, wanted):
         return "held"
@@ -190,7 +187,7 @@ def report(film: Film, directory: Path) -> tuple[dict[str, Found], tuple[str, ..
         return dict.fromkeys(names, Found(None, None, ())), (f"refused: {refused}",)
     made = {}
     for name in names:
-        item = found.measures[PHASE if name == CRESTS else name]
+        item = found.measures[name]
         interval = None if item.interval is None else (float(item.interval[0]), float(item.interval[1]))
         value = None if item.value is None else float(item.value)
         made[name] = Found(value, interval, tuple(item.cautions))
@@ -224,7 +221,7 @@ def sums(made: Iterable[Judged], title: str) -> str:
     columns = [title, *VERDICTS, "intervals hold", "right, yet with news", "cause wrong"]
     rows, all_of = [], list(made)
     for name in (*SPEAKS_OF, "all"):
-        chosen = [one for one in all_of if name == one.name or (name == "all" and one.name != CRESTS)]
+        chosen = [one for one in all_of if name in (one.name, "all")]
         count = Counter(one.verdict for one in chosen)
         known = [(one, one.true) for one in chosen if one.true is not None and one.found.value is not None]
         given = [(one, true) for one, true in known if one.found.interval is not None]
