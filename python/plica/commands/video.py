@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plica.commands.arguments import add_command, add_pdf, add_threads, numbers, whole
 from plica.commands.output import measures_table
+from plica.commands.recordings import analyse_each, is_newer
 
 if TYPE_CHECKING:
     from plica.video.analysis import Analysis
@@ -195,7 +196,7 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
     )
     video.add_argument("--fps", metavar="N", type=float, help="frames per second of the recording")
     video.add_argument("--mm-per-px", metavar="MM", type=float, help="size of a pixel")
-    video.add_argument("--from", dest="first", metavar="FRAME", type=whole, help="first frame (default: 0)")
+    video.add_argument("--from", dest="first", metavar="FRAME", type=int, help="first frame (default: 0)")
     video.add_argument(
         "--to", dest="last", metavar="FRAME", type=whole, help="last frame (default: the last)"
     )
@@ -291,84 +292,53 @@ def remeasure(directory: Path) -> int:
 
 
 def _video(options: argparse.Namespace) -> int:
-    found = _one(options, "modes", report=True)
-    if found is None:
-        return _each(options, "modes", report=True)
-    if options.lambda_report:
+    def lambda_said(found: Analysis) -> None:
         from plica.commands.smoothness import report_lambda
 
         text = report_lambda(found)
         if not options.quiet:
             print(f"{text}\nwritten: {found.directory / 'lambda.json'}")
-    return 0
+
+    return _all(options, "modes", shown=lambda_said if options.lambda_report else None)
 
 
 def _glottis(options: argparse.Namespace) -> int:
-    if _one(options, "glottis", report=True) is None:
-        return _each(options, "glottis", report=True)
-    return 0
+    return _all(options, "glottis")
 
 
 def _modes(options: argparse.Namespace) -> int:
-    found = _one(options, "modes", report=False)
-    if found is None:
-        return _each(options, "modes", report=False)
-    if not options.quiet:
+    def table(found: Analysis) -> None:
         print("mode   share  symmetry")
         for k, (share, symmetry) in enumerate(
             zip(found.modes.share, found["modes/symmetry"], strict=True), 1
         ):
             print(f"{k:4d} {100 * share:6.2f} %  {symmetry:+8.3f}")
-    return 0
+
+    return _all(options, "modes", report=False, shown=None if options.quiet else table)
 
 
-def _each(options: argparse.Namespace, until: str, *, report: bool) -> int:
-    """Analyse several recordings, each in a folder of its own, and write the table of all."""
-    from plica.errors import InvalidInput, SolveFailed, StorageFailed
-    from plica.video.report.table import write_recordings
+def _all(
+    options: argparse.Namespace,
+    until: str,
+    *,
+    report: bool = True,
+    shown: Callable[[Analysis], None] | None = None,
+) -> int:
+    """Analyse the recordings: one in its directory, several in folders of it. What is `shown` of one at the
+    end is shown of each."""
+    if len(options.source) == 1 and not options.table:
+        found = _analysed(options, until, options.source[0], options.output, report=report)
+        if shown is not None:
+            shown(found)
+        return 0
 
-    found: dict[str, Analysis | str] = {}
-    folders = folders_of(options.source, options.output)
-    table = options.output / "recordings.csv"
-    options.output.mkdir(parents=True, exist_ok=True)
-    for number, (source, folder) in enumerate(folders.items(), 1):
-        if not options.quiet:
-            print(f"{number} of {len(folders)}: {source}", flush=True)
-        try:
-            found[str(source)] = _analysed(options, until, source, folder, report=report, printed=False)
-        except (InvalidInput, SolveFailed, StorageFailed) as error:
-            found[str(source)] = str(error)
-            print(f"plica: {source}: {error}", file=sys.stderr)
-        write_recordings(table, found)
-    failed = sum(isinstance(one, str) for one in found.values())
-    if not options.quiet:
-        print(
-            f"written: {table}: {len(found) - failed} recordings" + (f", {failed} failed" if failed else "")
-        )
-    return 2 if failed else 0
+    def analysed(source: Path, folder: Path) -> Analysis:
+        found = _analysed(options, until, source, folder, report=report, printed=False)
+        if shown is not None:
+            shown(found)
+        return found
 
-
-def folders_of(sources: Sequence[Path], output: Path) -> dict[Path, Path]:
-    """The folder of each recording's results: of its name without its suffix, or with it where another one
-    has the same. InvalidInput where two have one name."""
-    from plica.errors import InvalidInput
-
-    stems = [source.stem for source in sources]
-    names = [source.name if stems.count(source.stem) > 1 else source.stem for source in sources]
-    for name, source in zip(names, sources, strict=True):
-        if names.count(name) > 1:
-            raise InvalidInput(
-                f"Video: {source}; must be the only recording called {name}, as its results lie in a folder "
-                "of that name. Rename one, or analyse it by itself."
-            )
-    return {source: output / name for name, source in zip(names, sources, strict=True)}
-
-
-def _one(options: argparse.Namespace, until: str, *, report: bool) -> Analysis | None:
-    """The analysis of the only recording; None where there are several, or a table of it."""
-    if len(options.source) > 1 or options.table:
-        return None
-    return _analysed(options, until, options.source[0], options.output, report=report)
+    return analyse_each(options.source, options.output, analysed, quiet=options.quiet)
 
 
 def _analysed(
@@ -382,8 +352,8 @@ def _analysed(
 ) -> Analysis:
     """Analyse a recording as far as `until`, write its tables and print its measures.
 
-    One of several (not `printed`) has no table of measures on the screen, and the page that is there where
-    nothing has changed since.
+    One of several (not `printed`) has no table of measures on the screen, and what is there already of all
+    that is wanted where nothing has changed since.
     """
     import plica
     from plica.report.page import pdf_of, require_pdf
@@ -428,15 +398,18 @@ def _analysed(
             progress=not options.quiet,
         )
         page = output / "report.html"
-        if printed or not report or not newer(page, found.path):
+        wanted = [page] if report else []
+        wanted += [page.with_suffix(".pdf")] if report and options.pdf else []
+        wanted += [output / "area.wav"] if options.praat else []
+        if printed or not wanted or not is_newer(wanted, found.path):
             write_tables(found)
-            if options.praat:
-                write_praat(found)
             if report:
                 with figures_shown(not options.quiet):
                     page = write_report(found)
                 if options.pdf:
                     page = pdf_of(page)
+            if options.praat:
+                write_praat(found)
     if printed and not options.quiet:
         print(_table(found))
         if report:
@@ -444,11 +417,6 @@ def _analysed(
     if printed and report and (light := light_of(found)).colour != "good":
         print(f"plica: Caution: the recording's light is {light.shown}. {light.said}", file=sys.stderr)
     return found
-
-
-def newer(page: Path, results: Path) -> bool:
-    """Whether a page is there that was written after these results."""
-    return page.exists() and page.stat().st_mtime_ns > results.stat().st_mtime_ns
 
 
 def _table(found: Analysis) -> str:

@@ -12,7 +12,7 @@ from scipy.io import wavfile
 
 from plica.commands.main import main
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
-from plica.video.analysis import Analysis, analyse
+from plica.video.analysis import Analysis, analyse, load
 from plica.video.errors import VideoError
 from plica.video.praat import text_grid, write_praat
 from plica.video.settings import Settings
@@ -138,6 +138,15 @@ def test_several_recordings_have_a_folder_each_and_one_table(
     written = page.stat().st_mtime_ns
     assert main(command) == 2
     assert page.stat().st_mtime_ns == written  # what is done is not done again
+    assert main([*command, "--praat"]) == 2
+    assert (page.parent / "area.wav").exists()  # but what is wanted now and is not there is made
+
+
+def test_a_part_may_begin_with_the_first_frame(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", _GLOTTIS.stack()[:90])
+    part = ["--from", "0", "--to", "79", "--no-drift", "--quiet"]
+    assert main(["glottis", str(tmp_path / "a.npy"), *part, "-o", str(tmp_path / "out")]) == 0
+    assert load(tmp_path / "out").count == 80
 
 
 def test_recordings_of_one_name_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

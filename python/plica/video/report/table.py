@@ -1,15 +1,12 @@
-"""Many recordings in one table: a row each, with its light and every measure that any of them has."""
+"""A recording as a row of the table of many: its light and why, and every measure that it has."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-
-from plica.storage.table import heading, write_rows
+from plica.storage.table import heading
 from plica.video.analysis import Analysis
 from plica.video.report.verdict import light_of
 
-__all__ = ["row_of", "write_recordings"]
+__all__ = ["row_of"]
 
 
 def row_of(found: Analysis) -> dict[str, object]:
@@ -34,15 +31,3 @@ def row_of(found: Analysis) -> dict[str, object]:
             low, high = item.interval
             row[f"{item.name} low"], row[f"{item.name} high"] = factor * low, factor * high
     return row
-
-
-def write_recordings(path: Path, found: Mapping[str, Analysis | str]) -> None:
-    """Write a CSV file with a row for each recording by its name, or why it has none (a text).
-
-    Replaced atomically, so that what was written before is never lost.
-    """
-    rows = [
-        {"recording": name, **({"error": one} if isinstance(one, str) else row_of(one))}
-        for name, one in found.items()
-    ]
-    write_rows(path, rows)
