@@ -25,7 +25,7 @@ from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
 from plica.video.files.recording import Recording, Region
 from plica.video.files.recording_date import FileDate
-from plica.video.glottis.glottal_area import GlottalArea, LostToBlur
+from plica.video.glottis.glottal_area import GlottalArea, read_area
 from plica.video.glottis.midline import Midline
 from plica.video.glottis.network import Network
 from plica.video.glottis.segmenter import read_masks
@@ -155,18 +155,7 @@ class Analysis:
         self.directory = directory
         self.path = directory / "results.h5"
         self._results = Results(self.path)
-        with Stored(self.path, hint=HINT) as file:
-            marks = file.attributes("/")
-        if not self._results.current:
-            raise VideoError(
-                f"Video: {self.path} is from an earlier version of plica; must be of this one. Give its "
-                "recording and its directory to the command again: outlines are kept, the rest is made."
-            )
-        if "scale" not in marks or "file_date" not in marks:
-            raise VideoError(
-                f"Video: {self.path} is from an earlier version of plica; must be of this one. Analyse the "
-                "recording again in another directory."
-            )
+        marks = self._results.marks_of_today()
         low, high = marks["scale"]
         self._scale = float(low), float(high)
         self.source = Path(marks["source"])
@@ -221,15 +210,7 @@ class Analysis:
     @cached_property
     def area(self) -> GlottalArea:
         """px^2, px."""
-
-        def part(kind: str, **further: Any) -> GlottalArea:
-            """The four of a kind."""
-            return GlottalArea(*(self[f"sides/{kind}{name}"] for name in GlottalArea.names), **further)
-
-        further = (self[f"sides/{name}"] for name in ("blur_band", "lost_most", "lost_shade"))
-        lost = LostToBlur(part("lost_"), part("inner_lost_"), *further)
-        inner = part("inner_", contact=self["sides/inner_contact"])
-        return part("", inner=inner, lost=lost, contact=self["sides/contact"])
+        return read_area(lambda name: np.asarray(self[f"sides/{name}"]))
 
     @cached_property
     def count(self) -> int:
@@ -382,7 +363,9 @@ class Analysis:
     def vibrogram(self) -> Floats:
         """(2, places, frames) px, distance of the left and of the right fold's edge from the midline, from
         its upper to its lower end; not a number where the area is not known."""
-        return vibrogram(self._results.masks(), self.midline, np.isfinite(self.area.total))
+        blur = np.nan_to_num(np.hypot(self["sides/blur"], self["glottis/blur"]))
+        known = np.isfinite(self.area.total)
+        return vibrogram(self._results.masks(), self.midline, known, blur=float(blur))
 
     @property
     def drawn(self) -> list[int]:

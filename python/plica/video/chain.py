@@ -212,7 +212,7 @@ class Chain:
             self._require_both_sides(line)
         midline = closing_in(self._results.masks(), line, keep_ends=ends is not None)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
-        folds = (tissue > 0) & _near(midline, self._shape)
+        folds = (tissue > 0) & midline.near(self._shape)
         light: list[tuple[float, float]] = []
         profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds)
 
@@ -224,7 +224,7 @@ class Chain:
                 across.add(frame, glottis)
                 yield frame
 
-        half = max(0.25 * min(self._shape), _beyond(midline, tissue > 0))
+        half = max(0.25 * min(self._shape), midline.reach(tissue > 0))
         lines = kymogram(seen(), midline, self._settings.places, half)
         sharpness, saturated = np.array(light).T
         denoising = float(self._results.read("glottis/blur")[0])
@@ -467,19 +467,6 @@ def _found_nothing(network: Network, count: int) -> str:
         f"{network.threshold:g} or more; must find it in some. Does it see frames as it was trained on "
         "(scale, turn, region)? See docs/recording_files.md."
     )
-
-
-def _near(midline: Midline, shape: tuple[int, int]) -> Mask:
-    """Where the folds are: within half of the glottal length of the midline."""
-    along, across = np.moveaxis(midline.place(pixels(shape)), -1, 0)
-    beyond = np.maximum(np.maximum(-along, along - midline.length), 0.0)
-    return np.asarray(np.hypot(across, beyond) < 0.5 * midline.length)
-
-
-def _beyond(midline: Midline, tissue: Mask) -> float:
-    """px on either side of the midline that take in the glottis at its widest, and half as much again."""
-    across = midline.place(pixels(tissue.shape))[..., 1]
-    return 1.5 * float(np.abs(across[~tissue]).max(initial=0.0))
 
 
 def _light(frame: Grey, folds: Mask) -> tuple[float, float]:

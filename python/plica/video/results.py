@@ -98,14 +98,24 @@ class Results:
         with self._holding(name) as (flows, inner):
             return inner in flows
 
-    @property
-    def current(self) -> bool:
-        """Whether all that it has was found by this version; else :meth:`claim` drops what was not."""
-        return not self._outdated()
+    def marks_of_today(self) -> dict[str, Any]:
+        """What the file says of itself. VideoError where an earlier version wrote it, or a part of it."""
+        with Stored(self.path, hint=HINT) as file:
+            marks: dict[str, Any] = file.attributes("/")
+        earlier = f"Video: {self.path} is from an earlier version of plica; must be of this one. "
+        if "scale" not in marks or "file_date" not in marks:
+            raise VideoError(earlier + "Analyse the recording again in another directory.")
+        if self._outdated():
+            raise VideoError(
+                earlier
+                + "Give its recording and its directory to the command again: masks drawn by hand are "
+                "kept, the rest is found again."
+            )
+        return marks
 
     def _outdated(self) -> set[str]:
-        """Groups of an earlier version, in which drift had no change of size, or the folds' edges were
-        distances from a straight line, and all that stands on them."""
+        """Groups of an earlier version, which :meth:`claim` drops: of one in which drift had no change of
+        size, or the folds' edges were distances from a straight line; and all that stands on them."""
         if "drift" in self and self.shape("drift/motion")[1] < 4:
             return {"drift", "glottis", *_CHANGES["midline"]}
         return set(_CHANGES["midline"]) if "sides" in self and "sides/contact" not in self else set()

@@ -10,7 +10,7 @@ from plica.measures.glottal import cycle_quotients
 from plica.measures.sides import amplitudes, crest_lags
 from plica.storage.table import heading, write_table
 from plica.video.analysis import Analysis
-from plica.video.measures.waveforms import counted
+from plica.video.measures.waveforms import counted, edge_error
 
 __all__ = ["cycles_table", "folds_table", "write_tables"]
 
@@ -64,13 +64,16 @@ def folds_table(found: Analysis) -> Columns:
     behind the glottal area, and for which share of the time the glottis is open there; means over cycles.
 
     Places are shares of the midline's length from its upper end. A phase is not a number where a fold moves
-    by less than edges are placed to (0.5 px).
+    by less than edges are placed to.
     """
     cycles, time = found.cycles, found.time
     edges = found.vibrogram
     count = edges.shape[1]
     rows = np.full((count, 5), np.nan)
     area = found.area.filled().total
+    inside = (
+        [k for part in cycles.samples(time) for k in range(part.start, part.stop)] if cycles.count else []
+    )
     for place in range(count if cycles.count else 0):
         left, right = edges[:, place]
         if not (np.isfinite(left).all() and np.isfinite(right).all()):
@@ -79,13 +82,12 @@ def folds_table(found: Analysis) -> Columns:
         for side, edge in enumerate((left, right)):
             way = float(np.nanmean(cycles.used(amplitudes(time, edge, cycles))))
             rows[place, side] = way
-            if way >= 0.5:
+            if way >= edge_error:
                 apart = left + right > 1e-9
                 lags = cycles.used(crest_lags(time, area, edge, cycles, apart))
                 lags = lags[np.isfinite(lags)]
                 if lags.size:
                     rows[place, 2 + side] = np.angle(np.mean(np.exp(1j * lags)))
-        inside = np.concatenate([np.arange(part.start, part.stop) for part in cycles.samples(time)])
         rows[place, 4] = np.mean((left + right)[inside] > 1e-9)
     unit = found.scale.unit
     columns = {

@@ -5,9 +5,9 @@ Left and right are those of the image.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from plica.video.glottis.fold_edges import SlitsOverTime
 from plica.video.glottis.midline import Midline, pixels
 
-__all__ = ["GlottalArea", "LostToBlur", "areas", "middle", "middle_lines"]
+__all__ = ["GlottalArea", "LostToBlur", "areas", "middle", "middle_lines", "read_area"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -146,6 +146,18 @@ class GlottalArea:
             lost=None if self.lost is None else self.lost.between(known),
             contact=None if self.contact is None else _between(self.contact, known),
         )
+
+
+def read_area(stored: Callable[[str], Floats]) -> GlottalArea:
+    """The area with its inner part and what blur takes, of what a file has of them by name (`stored`)."""
+
+    def part(kind: str, **further: Any) -> GlottalArea:
+        return GlottalArea(*(stored(f"{kind}{name}") for name in GlottalArea.names), **further)
+
+    band, most, shade = (stored(name) for name in ("blur_band", "lost_most", "lost_shade"))
+    lost = LostToBlur(part("lost_"), part("inner_lost_"), band, most, float(shade))
+    inner = part("inner_", contact=stored("inner_contact"))
+    return part("", inner=inner, lost=lost, contact=stored("contact"))
 
 
 @dataclass(frozen=True)

@@ -129,6 +129,18 @@ class Midline:
             place = np.stack([along, off + self.bow_at(along)], axis=-1)
         return np.asarray(np.array(self.upper) + place @ np.stack([self.along, self.across]))
 
+    def near(self, shape: tuple[int, int]) -> Mask:
+        """(h, w) within half of its length: where the folds are."""
+        along, across = np.moveaxis(self.place(pixels(shape)), -1, 0)
+        beyond = np.maximum(np.maximum(-along, along - self.length), 0.0)
+        return np.asarray(np.hypot(across, beyond) < 0.5 * self.length)
+
+    def reach(self, tissue: Mask) -> float:
+        """px on either side that take in the glottis at its widest, which is never `tissue` (h, w), and half
+        as much again."""
+        across = self.place(pixels(tissue.shape))[..., 1]
+        return 1.5 * float(np.abs(across[~tissue]).max(initial=0.0))
+
 
 def pixels(shape: tuple[int, ...]) -> Floats:
     """(h, w, 2) px, x and y of every pixel."""

@@ -23,7 +23,9 @@ Mask = npt.NDArray[np.bool_]
 _WIDTH = 2.0  # px of the midline in a row, at least
 
 
-def vibrogram(glottis: Iterable[Mask], midline: Midline, known: Mask, most: int = 100) -> Floats:
+def vibrogram(
+    glottis: Iterable[Mask], midline: Midline, known: Mask, most: int = 100, blur: float = 0.0
+) -> Floats:
     """(2, places, frames) px, of the left and of the right fold, places from the midline's upper end.
 
     Parameters
@@ -34,8 +36,10 @@ def vibrogram(glottis: Iterable[Mask], midline: Midline, known: Mask, most: int 
         Where not, the column is not a number.
     most : int
         Places at most; of two pixels each at least.
+    blur : float
+        px, standard deviation, of the edges (:func:`.fold_edges.fold_edges`).
     """
-    edges = fold_edges(glottis, midline)
+    edges = fold_edges(glottis, midline, blur)
     places = max(min(most, int(midline.length / _WIDTH)), 1)
     ends = np.linspace(0.0, midline.length, places + 1)
     low, high = (np.clip(edges.along + half, ends[:-1, None], ends[1:, None]) for half in (-0.5, 0.5))

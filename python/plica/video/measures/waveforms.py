@@ -39,19 +39,20 @@ from plica.video.measures.intervals import with_errors
 from plica.video.measures.lateral_light import by_light, cautioned, is_shaded, is_wide
 from plica.video.measures.slit_measures import differs, noted, open_besides
 
-__all__ = ["area_cycles", "counted", "measures", "phases", "scale_of", "wide_share"]
+__all__ = ["area_cycles", "counted", "edge_error", "measures", "phases", "scale_of", "wide_share"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_EDGE = 0.5  # px, within which a fold's edge is placed: masks are of whole pixels
 _PRECISE = 0.05  # of an amplitude: a larger share of it is said
-_STILL = 0.5  # px: a fold with less amplitude is still for all that edges tell
 
 _APART = 0.05  # relative difference of two folds' frequencies
 _PERIODIC = 0.5  # autocorrelation from which a fold has a frequency
 
 _ENOUGH = 12  # cycles whose errors are drawn
+
+edge_error = 0.5
+"""px, within which a fold's edge is placed: masks are of whole pixels; a fold of less amplitude is still."""
 
 many_lost = 0.02  # of the frames: more whose area is not known are said
 
@@ -97,20 +98,20 @@ def _placed(found: list[Measure], size: float) -> list[Measure]:
     """With a caution where the folds move little for edges that are placed to half a pixel."""
     moved = [item.value for item in found if item.quantity.side in ("left", "right")]
     known = [value / size for value in moved if value is not None]
-    if len(known) == 2 and min(known) < _STILL:
+    if len(known) == 2 and min(known) < edge_error:
         return _beside_still(found, known)
-    if len(known) < 2 or min(known) >= _EDGE / _PRECISE:
+    if len(known) < 2 or min(known) >= edge_error / _PRECISE:
         return found
-    said = f"edges are placed to {_EDGE:g} px, and the lesser amplitude is {min(known):.2g} px"
+    said = f"edges are placed to {edge_error:g} px, and the lesser amplitude is {min(known):.2g} px"
     return [item if item.quantity.angle else replace(item, cautions=(*item.cautions, said)) for item in found]
 
 
 def _beside_still(found: list[Measure], amplitudes: list[float]) -> list[Measure]:
     """Without the phase of a fold that does not move, and without a ratio over its amplitude."""
     still = [f"{side} fold by {way:.2g} px" for side, way in zip(("left", "right"), amplitudes, strict=True)]
-    least = " and the ".join(part for part, way in zip(still, amplitudes, strict=True) if way < _STILL)
-    said = f"the {least} moves less than edges are placed to ({_STILL:g} px)"
-    gone = {"left_right_phase"} | ({"amplitude_ratio"} if amplitudes[0] < _STILL else set())
+    least = " and the ".join(part for part, way in zip(still, amplitudes, strict=True) if way < edge_error)
+    said = f"the {least} moves less than edges are placed to ({edge_error:g} px)"
+    gone = {"left_right_phase"} | ({"amplitude_ratio"} if amplitudes[0] < edge_error else set())
     return [
         absent(item.name, f"undefined: {said}")
         if item.name in gone
