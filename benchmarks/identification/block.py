@@ -24,6 +24,7 @@ from plica.identify import (
     TissueParameter,
     TissueParameters,
 )
+from plica.identify.estimator.posterior import standard_deviations
 from plica.runs.build import materials_of
 from plica.scene.mesh.changed import changed_mesh
 from plica.scene.tissue_presets import TISSUE_PRESETS
@@ -155,7 +156,7 @@ def statistics(found: list[tuple[np.ndarray, np.ndarray]]) -> dict[str, Any]:
     """Of errors (p) of log theta and their covariance (p, p), draw by draw: per cent a number, (p), and the
     per cent of all nominal 95 % intervals that hold the truth."""
     error, sd = errors(found)
-    covered = np.abs(error) <= 1.959964 * sd
+    covered = np.abs(error) <= standard_deviations() * sd
     return {
         "bias %": 100 * error.mean(axis=0),
         "rms %": 100 * np.sqrt(np.mean(error**2, axis=0)),

@@ -31,6 +31,7 @@ from benchmarks.identification.block import (
     true_log,
 )
 from plica.identify import MarginalLikelihood, MotionModel, Posterior, estimate
+from plica.identify.estimator.posterior import standard_deviations
 
 SMALL: Divisions = (2, 3, (1, 1, 1))
 
@@ -87,7 +88,7 @@ def calibration(arguments: argparse.Namespace) -> None:
     counts = {
         "draws": len(found) + failed,
         "not converged": failed,
-        "95 % covers, of all": f"{_covers(found, 1.959964):.1f} %",
+        "95 % covers, of all": f"{_covers(found, standard_deviations()):.1f} %",
         "50 % covers, of all": f"{_covers(found, 0.67449):.1f} %",
         "warned of": len(found) - len(kept),
         "over 4 sd off": len(far),
@@ -146,7 +147,7 @@ def ranks(found: list[Ended]) -> list[list[str]]:
                 " ".join(str(k) for k in tenths),
                 f"{stats.kstest(places, 'uniform').pvalue:.2f}",
                 f"{np.mean(part**2):.2f}",
-                *[f"{100 * np.mean(np.abs(part) <= bound):.1f} %" for bound in (1.959964, 0.67449)],
+                *[f"{100 * np.mean(np.abs(part) <= standard_deviations(p)):.1f} %" for p in (0.95, 0.5)],
             ]
         )
     names = ("u in tenths of [0, 1]", "p", "mean square of error over sd", "95 % covers", "50 % covers")

@@ -44,6 +44,7 @@ from plica.identify import (
     estimate,
     estimate_from_flow,
 )
+from plica.identify.estimator.posterior import standard_deviations
 from plica.identify.model.model import Responses
 from plica.video.motion.trajectories import follow
 
@@ -215,7 +216,7 @@ def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: fl
     """Error, sd and whether the interval holds the truth; then the noise, the residual test and the time."""
     error = found.mean - truth
     cells = [
-        f"{100 * e:+.1f} ({100 * s:.1f}){'' if abs(e) <= 1.959964 * s else ' **out**'}"
+        f"{100 * e:+.1f} ({100 * s:.1f}){'' if abs(e) <= standard_deviations() * s else ' **out**'}"
         for e, s in zip(error, found.sd, strict=True)
     ]
     r = found.residuals

@@ -20,6 +20,7 @@ import plica
 from benchmarks.harness.study import record, script_parser
 from plica import larynx_fit, video
 from plica.identify import Identification, Settings, identify
+from plica.identify.estimator.posterior import standard_deviations
 
 SCENE = Path(__file__).resolve().parents[2] / "examples" / "normal_phonation.toml"
 NAMES = ("cover.mu_fibre", "body.mu_fibre")
@@ -87,7 +88,7 @@ def cells(found: Identification) -> list[str]:
     """Of a row."""
     posterior, r = found.posterior, found.posterior.residuals
     places = [posterior.names.index(name) for name in NAMES]
-    half = 1.959964 * posterior.prior_sd[places]
+    half = standard_deviations() * posterior.prior_sd[places]
     low, high = np.exp(posterior.prior_mean[places] + np.outer((-1, 1), half)) / 1e3
     prior = "; ".join(f"{a:.1f} to {b:.0f}" for a, b in zip(low, high, strict=True))
     medians = [f"{posterior.median[k] / 1e3:.1f}" for k in places]

@@ -353,13 +353,20 @@ void bind_dynamics(py::module_& engine) {
       .def(
           "restore",
           [](SteppedSimulation& self, const py::dict& state) {
-            self.simulation().restore(state_from_dict(state));
+            State given = state_from_dict(state);
+            const Released released;
+            self.simulation().restore(std::move(given));
           },
           py::arg("state"))
       .def(
           "renewed",
           [](const SteppedSimulation& self, const py::dict& state) {
-            return state_to_dict(self.simulation().renewed(state_from_dict(state)));
+            State found = state_from_dict(state);
+            {
+              const Released released;
+              found = self.simulation().renewed(std::move(found));
+            }
+            return state_to_dict(found);
           },
           py::arg("state"))
       .def(

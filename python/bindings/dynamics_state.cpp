@@ -72,6 +72,8 @@ Numbers numbers_of(const Watched& watched) {
   return numbers;
 }
 Watched watched_of(const Numbers& n) {
+  if (n.size() < 7)
+    throw InvalidInput("Simulation", "size of the state's watched", static_cast<double>(n.size()), "", ">= 7");
   Watched watched{
       {n.at(0), n.at(1), n.at(2), static_cast<std::int32_t>(n.at(3)), Vector3(n.at(4), n.at(5), n.at(6))},
       Indices(static_cast<std::ptrdiff_t>(n.size()) - 7)};

@@ -28,7 +28,9 @@ void FirstSigns::note(std::int64_t step, const StepRecord& record, const Points&
   if (!contact && record.contact && !record.contact->converged)
     contact = Unconverged{step, record.contact->gap_error};
   if (folded_tissue || record.inverted_tissue == 0) return;
-  const auto cell = static_cast<std::int32_t>(first_folded_cell(x, cells).value());
+  const std::optional<std::ptrdiff_t> first = first_folded_cell(x, cells);
+  if (!first) return;  // the count is of an earlier look, and they have opened since
+  const auto cell = static_cast<std::int32_t>(*first);
   Vector3 centre = Vector3::Zero();
   for (int k = 0; k < 4; ++k) centre += x.row(cells(cell, k)).transpose() / 4;
   folded_tissue = FoldedTissue{step, record.inverted_tissue, cell, centre};

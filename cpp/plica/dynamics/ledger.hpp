@@ -22,7 +22,7 @@ struct Ledger {
   double initial = 0.0;  // kinetic + elastic at t = 0
 
   // The air's own account, no part of the tissue's balance.
-  double air_supplied_energy = 0.0;  // subglottal pressure times the volume that has flowed
+  double air_supplied_energy = 0.0;  // pressure difference along the sections times the volume that has flowed
   double air_viscous_energy = 0.0;   // of it, lost to friction at the walls
 
   /// What the terms leave unexplained; round-off and the solver's tolerance.

@@ -95,7 +95,7 @@ Motion::Motion(const Scene& scene, const SymmetricPart* part, const Assembler& a
     for (std::vector<double>* values : matrices)
       for (double& value : *values) value *= part_->images.copies();
   }
-  if (is_explicit()) return;
+  if (is_explicit() || scene.reduction) return;
   step_matrix_ = assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, supports());
   solver_ = LinearSolver::make(*step_matrix_, options_.solver);
 }
@@ -103,8 +103,9 @@ Motion::Motion(const Scene& scene, const SymmetricPart* part, const Assembler& a
 const BlockMatrix& Motion::step_matrix() const {
   if (!step_matrix_)
     throw InvalidInput(
-        "Simulation: step_matrix; must be of another scheme than central differences: they solve "
-        "with the lumped mass alone.");
+        "Simulation: step_matrix; must be of a scene whose steps solve with it. Central differences have the "
+        "lumped "
+        "mass alone, reduced scenes their few coordinates.");
   return *step_matrix_;
 }
 

@@ -47,6 +47,9 @@ class Motion {
   /// Throws InvalidInput with CentralDifferences, which have none.
   const BlockMatrix& step_matrix() const;
   /// Of the step matrix, where there is one.
+  /// Whether steps have linear systems of all unknowns: not explicit and reduced ones.
+  bool solves() const { return solver_ != nullptr; }
+  /// Where it solves.
   const LinearSolver& solver() const { return *solver_; }
   /// Nodes, ascending; none unless the scene's contact asks for it.
   const std::vector<std::int32_t>& massless() const { return massless_; }

@@ -28,7 +28,7 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   nodes_ = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
   std::unique_ptr<ContactPath> path;
-  if (motion.is_explicit()) {
+  if (!motion.solves()) {
     path = explicit_path();
   } else {
     const MirrorImages* images = motion.images();

@@ -58,10 +58,11 @@ class Simulation {
   const Supports& supports() const { return motion_.supports(); }
   /// Null unless the scene is symmetric.
   const MirrorImages* images() const { return motion_.images(); }
-  /// Throws InvalidInput with CentralDifferences, which have none.
+  /// Throws InvalidInput with CentralDifferences and in a reduced scene, which have none.
   const BlockMatrix& step_matrix() const { return motion_.step_matrix(); }
-  /// "Cholesky" or "conjugate gradients": what solves the step's linear systems; "none" with CentralDifferences.
-  std::string linear_solver() const { return explicit_ ? "none" : motion_.solver().name(); }
+  /// "Cholesky" or "conjugate gradients": what solves the step's linear systems; "none" with CentralDifferences
+  /// and in a reduced scene, which have none.
+  std::string linear_solver() const { return motion_.solves() ? motion_.solver().name() : "none"; }
   /// s, the largest that CentralDifferences take; absent with other schemes, which take any.
   std::optional<double> largest_step() const {
     return explicit_ ? std::optional(explicit_->largest_step()) : std::nullopt;
@@ -70,7 +71,8 @@ class Simulation {
   const Airflow* airflow() const { return flow_ ? &flow_->airflow() : nullptr; }
   /// Of all nodes, whatever moves them. Null without contact.
   const Collision* collision() const { return contact_ ? &contact_->collision() : nullptr; }
-  /// How contact forces are solved for, never Automatic; null without contact and with CentralDifferences.
+  /// How contact forces are solved for, never Automatic; null without contact, with CentralDifferences and in a
+  /// reduced scene.
   const ContactSolver* contact_solver() const {
     return contact_ && contact_->solver() ? &*contact_->solver() : nullptr;
   }

@@ -80,7 +80,24 @@ void StateProducts::require_product(const char* name, const char* product, const
                      "restore(renewed(state)), which makes its products anew.");
 }
 
+void StateProducts::require_energy(const char* name, double stored, double value, double magnitude) const {
+  if (std::abs(stored - value) <= round_off * magnitude) return;
+  throw InvalidInput("Simulation", std::string("state's ") + name + " energy", stored, "J",
+                     number_text(value) + ", that of its displacement and velocity",
+                     "A state that was changed is restored as restore(renewed(state)), which counts the energy of "
+                     "the change.");
+}
+
 void StateProducts::require(const State& state) const {
+  require_products(state);
+  // A velocity that strains nothing is in no product.
+  const Vector &u = state.displacement, &v = state.velocity;
+  require_energy("kinetic", state.ledger.kinetic, 0.5 * v.dot(M_.times(v)), 0.5 * M_.sums.dot(v.cwiseAbs2()));
+  require_energy("elastic", state.ledger.elastic, 0.5 * u.dot(state.elastic_force),
+                 0.5 * u.cwiseAbs2().dot(K_.sums) + 0.5 * u.cwiseAbs().dot(state.elastic_force.cwiseAbs()));
+}
+
+void StateProducts::require_products(const State& state) const {
   const Vector &u = state.displacement, &v = state.velocity, &a = state.acceleration;
   const double h = step_;
   const bool first = state.step == 0, unweighted = alpha_ == 0;

@@ -17,8 +17,9 @@ class StateProducts {
   explicit StateProducts(const ModalMotion& motion);
 
   /// Throws InvalidInput naming the product, and by how much it differs, where one is not that of the state's
-  /// motion to the round-off of steps that carry it on. K U and C V of a step that weights two instants are not
-  /// the state's alone: they count in its ledger, in no motion.
+  /// motion to the round-off of steps that carry it on; the same of its ledger's kinetic and elastic energy. K U
+  /// and C V of a step that weights two instants are not the state's alone: they count in its ledger, in no
+  /// motion.
   void require(const State& state) const;
   /// The same motion with its products: K U and C V moved by as much as K u and C v have changed, the past without
   /// earlier steps, and the energy of the change counted as initial.
@@ -31,6 +32,8 @@ class StateProducts {
     Product times;
     Vector sums;
   };
+  void require_products(const State& state) const;
+  void require_energy(const char* name, double stored, double value, double magnitude) const;
   void require_product(const char* name, const char* product, const Vector& stored, const Operator& A,
                        const Vector& x, double magnitude) const;
 

@@ -36,7 +36,6 @@ __all__ = ["Identification", "identify", "load"]
 Floats = NDArray[np.float64]
 
 _LARGEST_STEP_ERROR = 0.03  # relative, of a stiffness
-_PRIOR_BOUND = 1.96  # prior sd
 
 
 @dataclass(frozen=True)
@@ -235,8 +234,7 @@ def _warnings(picture: Picture, posterior: Posterior, model: MotionModel) -> tup
             "number in this table is supported by the data. Are the camera position, the frame rate and the "
             "geometry those of the recording?"
         )
-    score = (posterior.mean - posterior.prior_mean) / posterior.prior_sd
-    for name in (n for n, far in zip(posterior.names, np.abs(score) > _PRIOR_BOUND, strict=True) if far):
+    for name in np.array(posterior.names)[posterior.outside_prior]:
         warnings.append(
             f'"{name}" is outside its 95 % prior interval: either the prior is wrong, or the estimate '
             "compensates for what the model does not describe (geometry, supports, pressures)."

@@ -304,9 +304,7 @@ _COLUMNS = (
 def _write_csv(path: Path, posterior: Posterior) -> None:
     """One row per parameter, in its unit; sd_log is the sd of the logarithm, or of an angle itself. A refused
     sd is an empty cell, and so is an interval that is not `answered`."""
-    spread = 1.959964 * posterior.prior_sd
-    prior = posterior.values(np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread]))
-    interval, shift = posterior.interval(), posterior.shift_in_sd
+    prior, interval, shift = posterior.prior_interval(), posterior.interval(), posterior.shift_in_sd
     share = posterior.sd / posterior.prior_sd
     with path.open("w", newline="", encoding="utf-8") as out:
         rows = csv.writer(out)

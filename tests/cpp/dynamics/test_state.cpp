@@ -300,6 +300,25 @@ TEST_CASE("a step whose solve does not converge names its time and leaves the la
   CHECK(simulation.state().displacement.isZero(0));
 }
 
+TEST_CASE("a velocity that strains nothing is told from the state's energy") {
+  Scene scene = scenes::held_block(0.3, 0.5);
+  scene.supports = Supports(scene.mesh.node_count());
+  scene.gravity = Vector3(0, 0, -9.81);
+  for (const Simulation::Options& how : {options(HilberHughesTaylor{}, 1e-4), options(Newmark{}, 1e-4)}) {
+    Simulation simulation(scene, how);
+    simulation.advance();
+    State pushed = simulation.state();
+    for (std::ptrdiff_t i = 0; i < pushed.velocity.size(); i += 3) pushed.velocity[i] += 0.1;
+    CHECK_THROWS_WITH_AS(simulation.restore(pushed), doctest::Contains("kinetic energy"), InvalidInput);
+    const State renewed = simulation.renewed(pushed);
+    simulation.restore(renewed);
+    const double x = simulation.state().displacement[0];
+    simulation.advance();
+    CHECK(simulation.state().displacement[0] - x == approx(0.1 * 1e-4).epsilon(1e-6));
+    CHECK(std::abs(simulation.state().ledger.error()) <= 1e-9 * simulation.state().ledger.kinetic);
+  }
+}
+
 TEST_CASE("a state whose products contradict its motion is refused, and goes on with renewed ones") {
   const auto kicked = [](State state) {
     state.velocity *= 1.5;

@@ -24,6 +24,13 @@ LARGEST_SHIFT = 1.0
 """[posterior sd] of the estimate when the mesh is refined; with a larger one the sd is not valid."""
 
 
+def standard_deviations(level: float = 0.95) -> float:
+    """Half the width of a Gaussian's equal-tailed interval, in sd."""
+    if not 0 < level < 1:
+        raise InvalidInput(f"Posterior: level = {level:g}; must be in (0, 1).")
+    return math.sqrt(2) * float(special.erfinv(level))
+
+
 @dataclass(frozen=True)
 class Posterior:
     """The Gaussian posterior of the coordinates of a likelihood; of tissue: of log theta, and angles."""
@@ -131,10 +138,19 @@ class Posterior:
 
     def interval(self, level: float = 0.95) -> Array:
         """(p, 2) theta, equal-tailed, including the mesh shift."""
-        if not 0 < level < 1:
-            raise InvalidInput(f"Posterior: level = {level:g}; must be in (0, 1).")
-        half = math.sqrt(2) * float(special.erfinv(level)) * self.sd
-        return self.values(np.column_stack([self.mean - half, self.mean + half]))
+        return self._within(self.mean, standard_deviations(level) * self.sd)
+
+    def prior_interval(self, level: float = 0.95) -> Array:
+        """(p, 2) theta, equal-tailed, of the prior."""
+        return self._within(self.prior_mean, standard_deviations(level) * self.prior_sd)
+
+    @property
+    def outside_prior(self) -> NDArray[np.bool_]:
+        """(p) Whether each mean lies outside the prior's 95 % interval."""
+        return np.asarray(np.abs(self.mean - self.prior_mean) > standard_deviations() * self.prior_sd)
+
+    def _within(self, centre: Array, half: Array) -> Array:
+        return self.values(np.column_stack([centre - half, centre + half]))
 
     # ---- Identifiability ---------------------------------------------------------------------
 

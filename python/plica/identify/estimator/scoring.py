@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, SolveFailed
-from plica.identify.estimator.posterior import Posterior
+from plica.identify.estimator.posterior import Posterior, standard_deviations
 from plica.identify.likelihood.likelihood import (
     UNDEFINED_DENSITY,
     EvaluatedT,
@@ -185,7 +185,7 @@ def _posterior(
         residuals=likelihood.residual_test(now),
         logarithmic=likelihood.logarithmic,
     )
-    half = 1.959964 * found.least_known
+    half = standard_deviations() * found.least_known
     ends = np.array([density(found.mean - half), density(found.mean + half)])
     return replace(found, falls=max(reached, value) - ends)
 

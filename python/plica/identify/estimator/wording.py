@@ -32,8 +32,7 @@ def posterior_table(posterior: Posterior) -> str:
     elif posterior.inflation is not None and posterior.answered:
         lines.insert(0, "Residual test failed: sd and intervals are widened as the residuals require.")
     low_high = posterior.interval()
-    spread = 1.959964 * posterior.prior_sd
-    priors = posterior.values(np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread]))
+    priors = posterior.prior_interval()
     for j, name in enumerate(posterior.names):
         prior = priors[j]
         relative = posterior.logarithmic is None or posterior.logarithmic[j]
@@ -86,7 +85,7 @@ def residual_warnings(posterior: Posterior) -> list[str]:
     ]
     alone = posterior.sd / posterior.inflation < CLOSE_TO_PRIOR * posterior.prior_sd
     lost = [
-        n
+        f'"{n}"'
         for n, was, sd in zip(
             posterior.names, alone, posterior.sd > CLOSE_TO_PRIOR * posterior.prior_sd, strict=True
         )

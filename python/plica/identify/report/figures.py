@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from plica.identify.estimator.posterior import Posterior
+from plica.identify.estimator.posterior import Posterior, standard_deviations
 from plica.identify.estimator.wording import CLOSE_TO_PRIOR, weakest
 from plica.identify.results import Identification, Picture
 from plica.report.drawing import Drawing, blue, draw, green, grey, ink, label_ends, over_time, purple, red
@@ -31,7 +31,7 @@ def sections(found: Identification) -> list[tuple[str, list[Drawing]]]:
 def prior_and_posterior(posterior: Posterior) -> Drawing:
     """Both 95 % intervals of each parameter, over the median of its prior."""
     shown = np.flatnonzero(_logarithmic(posterior))
-    spread = 1.959964
+    spread = standard_deviations()
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()

@@ -79,12 +79,10 @@ def remark(found: Identification) -> str:
 def rows(found: Identification) -> list[Row]:
     """One line per parameter; an sd that is smaller than the mesh shift is refused."""
     posterior = found.posterior
-    interval, spread = posterior.interval(), 1.959964 * posterior.prior_sd
-    ends = np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread])
+    interval, priors = posterior.interval(), posterior.prior_interval()
     made = []
     for j, name in enumerate(posterior.names):
         relative = posterior.logarithmic is None or bool(posterior.logarithmic[j])
-        prior = np.exp(ends[j]) if relative else ends[j]
         sd = f"{100 * posterior.sd[j]:.1f} %" if relative else number(float(posterior.sd[j]), 2)
         if not found.picture.carried:
             verdict = "not supported by the data: the model does not follow the motion"
@@ -94,7 +92,7 @@ def rows(found: Identification) -> list[Row]:
             verdict = "hardly informed by the data: close to the prior"
         elif posterior.belied[j]:
             verdict = "the shift between meshes exceeds its sd"
-        elif abs(posterior.mean[j] - posterior.prior_mean[j]) > spread[j]:
+        elif posterior.outside_prior[j]:
             verdict = "outside the prior interval"
         else:
             informed = "informed by the data"
@@ -106,7 +104,7 @@ def rows(found: Identification) -> list[Row]:
                 number(float(posterior.median[j]), 3),
                 "refused" if posterior.refused[j] else sd,
                 " – ".join(number(float(v), 3) for v in interval[j]) if posterior.answered else "refused",
-                " – ".join(number(float(v), 3) for v in prior),
+                " – ".join(number(float(v), 3) for v in priors[j]),
                 verdict,
             )
         )
