@@ -241,8 +241,8 @@ class Analysis:
     def frame_sequence(self) -> FrameSequence:
         """Frames that are missing, or there twice, as far as the motion of the folds shows it."""
         cycles = self.cycles_in_frames
-        periods = cycles.periods if cycles.verdict != "diplophonic" else np.zeros(0)
-        return frame_sequence(self.vibrogram.sum(axis=0), periods)
+        starts = cycles.starts if cycles.verdict != "diplophonic" else np.zeros(0)
+        return frame_sequence(self.vibrogram.sum(axis=0), starts)
 
     @cached_property
     def fundamental(self) -> Fundamental | None:

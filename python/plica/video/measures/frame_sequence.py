@@ -9,9 +9,11 @@ otherwise left of the prediction, and where the x_{s+1} agree (they do not while
 and x_{t+3} are as expected (they are not in a cycle that is all faster). Of the rest of the time nothing is
 seen: there are as many more as it is longer.
 
-Each lost frame makes its cycle shorter by a whole one, each that is there twice longer, which no voice
-does: with periods T in frames, R = |mean of exp(2 pi i T)| is 1 then, and about 1 / sqrt(cycles) of a voice
-whose periods scatter by half a frame or more.
+A frame that is lost makes its cycle shorter by a whole one, each that is there twice longer, which no voice
+does. So what the motion shows counts where its cycle is shorter, or longer, than those in which it shows
+nothing; and periods T (in frames) speak by themselves. About a common fraction c there is a commonest number
+of whole frames; of the n periods that are not within 0.1 of it, k lie within 0.1 of another whole number
+beside c, and p is the probability of k or more where fractions are as they come, the smallest over c.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
+from scipy import special
 
 __all__ = ["FrameSequence", "frame_sequence"]
 
@@ -30,9 +33,11 @@ _NEIGHBOURS = 5
 _CLEARLY = 0.4  # of the other distance
 _MOVES = 2.0  # times the median of what is left of the prediction
 _AGREE = 3.0  # times the scatter of what follows elsewhere
-_ALIKE, _CYCLES, _DIFFER = 0.8, 6, 0.3  # R, cycles, and standard deviation (frames), from which it is told
+_WHOLE = 0.1  # frames: periods differ by whole ones to within this
+_CHANGED = 0.4  # frames, by which a cycle with a fault is shorter or longer than others
+_CYCLES = 4  # fewer say nothing
+_CERTAIN, _LIKELY = 0.005, 0.1  # p that speaks alone, and with a frame that the motion shows
 _LEAST = 0.4  # px, root mean square over the widths: less motion shows nothing
-_SHARE = 0.02  # of the frames; of fewer nothing is said
 _SHOWN = 6  # frames that are named
 
 
@@ -43,29 +48,32 @@ class FrameSequence:
     Attributes
     ----------
     missing : (k) int
-        Frames after which one is missing.
+        Frames after which one is missing, by the motion and by the length of the cycle.
     repeated : (k) int
-        Frames that show the one before them.
-    whole_frames : float
-        By how much periods differ (standard deviation, frames), where they do by whole frames; else 0.
+        Frames that show the one before them, by both.
+    chance : float
+        Of periods that differ by whole frames as these do where none is missing or there twice.
+    spread : float
+        Standard deviation of the periods, frames.
     count : int
         Of frames.
     """
 
     missing: npt.NDArray[np.int_]
     repeated: npt.NDArray[np.int_]
-    whole_frames: float
+    chance: float
+    spread: float
     count: int
 
     def doubts(self) -> list[str]:
-        """A sentence for each, if there are enough of them."""
+        """A sentence for each, if it is certain enough."""
         found = []
-        least = max(5.0, _SHARE * self.count)
+        certain = self.missing.size + self.repeated.size >= 2 or self.chance < _LIKELY
         for frames, said, made in (
             (self.missing, "missing: the folds jump two frames ahead after", "higher"),
             (self.repeated, "there twice: the folds stand still in", "lower"),
         ):
-            if frames.size < least:
+            if not (frames.size and certain):
                 continue
             shown = ", ".join(map(str, frames[:_SHOWN].tolist())) + (", ..." if frames.size > _SHOWN else "")
             share = 100 * frames.size / self.count
@@ -74,37 +82,59 @@ class FrameSequence:
                 f"least {share:.2g} % {made} than it was, and jitter, shimmer and quotients are not those of "
                 "the voice. Take the recording from the camera once more, with all frames"
             )
-        if self.whole_frames and not found:
+        if self.chance < _CERTAIN and not found:
             found.append(
-                f"the cycles differ by whole frames (standard deviation {self.whole_frames:.2g} frames), as "
+                f"the cycles differ by whole frames (standard deviation {self.spread:.2g} frames), as "
                 "no voice's do: frames are missing, or there twice, so that frequency, jitter, shimmer and "
                 "quotients are not those of the voice. Take it from the camera again, with all frames"
             )
         return found
 
 
-def frame_sequence(width: Floats, periods: npt.NDArray[np.floating]) -> FrameSequence:
+def frame_sequence(width: Floats, starts: npt.NDArray[np.floating]) -> FrameSequence:
     """What is wrong with the frames.
 
     Parameters
     ----------
     width : (places, frames) px
         Of the slit; not a number where it is not known.
-    periods : (cycles)
-        Frames; with fewer than three nothing is found.
+    starts : (cycles + 1)
+        Frames at which cycles start, and the last ends; of fewer than four nothing is said.
     """
-    count = width.shape[1]
-    period, whole = float(np.median(periods)) if periods.size else float("nan"), _whole_frames(periods)
-    nothing = FrameSequence(np.zeros(0, dtype=int), np.zeros(0, dtype=int), whole, count)
-    if not np.isfinite(period) or count < 3 * period:
-        return nothing
+    count, periods = width.shape[1], np.diff(starts)
+    none = np.zeros(0, dtype=int)
+    if periods.size < _CYCLES:
+        return FrameSequence(none, none, 1.0, 0.0, count)
+    missing, repeated = _by_motion(width, float(np.median(periods)))
+    faulty = _cycles_of(missing, starts), _cycles_of(repeated, starts)
+    others = np.delete(periods, np.unique(np.concatenate([part[part >= 0] for part in faulty])))
+    usual = float(np.median(others if others.size > 1 else periods))
+    change = [np.where(part < 0, 0.0, periods[part] - usual) for part in faulty]
+    kept = missing[change[0] < -_CHANGED], repeated[change[1] > _CHANGED]
+    inside = sum(int(np.count_nonzero(part >= 0)) for part in faulty)
+    if 2 * (kept[0].size + kept[1].size) < inside:
+        kept = none, none
+    return FrameSequence(*kept, chance_of_whole_frames(periods), float(np.std(periods)), count)
+
+
+def _cycles_of(frames: npt.NDArray[np.int_], starts: npt.NDArray[np.floating]) -> npt.NDArray[np.int_]:
+    """(k) the cycle that each frame and the next are in; -1 outside."""
+    place = np.searchsorted(starts, frames + 0.5, side="right") - 1
+    return np.asarray(np.where(place < starts.size - 1, place, -1))
+
+
+def _by_motion(width: Floats, period: float) -> tuple[npt.NDArray[np.int_], npt.NDArray[np.int_]]:
+    """Frames after which one is missing, and those that show the one before (module docstring)."""
+    count, none = width.shape[1], np.zeros(0, dtype=int)
+    if count < 3 * period:
+        return none, none
     x = width.T
     known = np.asarray(np.isfinite(x).all(axis=1))
     x = np.where(known[:, None], x, 0.0)
     t = np.arange(1, count - 3)
     t = t[np.all([known[t + k] for k in range(-1, 4)], axis=0)]
     if t.size <= 2 * _NEIGHBOURS:
-        return nothing
+        return none, none
     pairs = np.concatenate([x[t - 1], x[t]], axis=1)
     square = np.sum(pairs**2, axis=1)
     expected = np.empty((4, t.size, x.shape[1]))
@@ -124,7 +154,7 @@ def frame_sequence(width: Floats, periods: npt.NDArray[np.floating]) -> FrameSeq
     unlike = (off[1] > limit / 2) & (off[1] > _AGREE * scatter) & _alone(t, x[t + 1] - expected[1])
     missing = t[(moves[1] > limit) & unlike & (off[2] < _CLEARLY * off[1])]
     repeated = t[(moves[0] > limit) & unlike & (off[0] < _CLEARLY * off[1])] + 1
-    return FrameSequence(missing, repeated, whole, count)
+    return missing, repeated
 
 
 def _alone(t: npt.NDArray[np.int_], left: Floats) -> npt.NDArray[np.bool_]:
@@ -136,12 +166,18 @@ def _alone(t: npt.NDArray[np.int_], left: Floats) -> npt.NDArray[np.bool_]:
     return np.asarray(np.array(beside) < _CLEARLY * size)
 
 
-def _whole_frames(periods: npt.NDArray[np.floating]) -> float:
-    """Standard deviation of periods that differ by whole frames; 0 of others."""
-    if periods.size < _CYCLES or not np.std(periods) > _DIFFER:
-        return 0.0
-    alike = abs(np.mean(np.exp(2j * np.pi * periods)))
-    return float(np.std(periods)) if alike > _ALIKE else 0.0
+def chance_of_whole_frames(periods: npt.NDArray[np.floating]) -> float:
+    """p of the module docstring, of periods (cycles) in frames; 1 where they do not differ by whole frames."""
+    least = 1.0
+    for fraction in periods % 1:
+        whole = np.round(periods - fraction)
+        alike = np.abs(periods - fraction - whole) < _WHOLE
+        numbers, counts = np.unique(whole[alike], return_counts=True)
+        besides = alike & (whole != numbers[counts.argmax()])
+        k, n = int(np.count_nonzero(besides)), int(np.count_nonzero(~alike | besides))
+        if k:
+            least = min(least, float(special.bdtrc(k - 1, n, 2 * _WHOLE)))
+    return least
 
 
 def _size(one: Floats, other: Floats) -> Floats:
