@@ -233,7 +233,13 @@ class Analysis:
         sides = self.side("left"), self.side("right")
         band = self["glottis/least"], self["glottis/largest"]
         found, cycles = measures(
-            self.area, *known, self.midline.length, sides, doubts=self._of_glottis, band=band
+            self.area,
+            *known,
+            self.midline.length,
+            sides,
+            doubts=self._of_glottis,
+            band=band,
+            brightness=self["sides/brightness"],
         )
         return Measures(cautioned(found.values(), self.frame_sequence.doubts()), found.scale), cycles
 

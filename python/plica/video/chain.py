@@ -213,20 +213,22 @@ class Chain:
         midline = closing_in(self._results.masks(), line, keep_ends=ends is not None)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
         folds = (tissue > 0) & midline.near(self._shape)
-        light: list[tuple[float, float]] = []
+        light: list[tuple[float, ...]] = []
+        right = midline.place(pixels(self._shape))[..., 1] > 0
+        beside = [folds & ~right, folds & right]
         profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds)
 
         def seen() -> Iterator[Grey]:
             frames = self._watched("kymograms", self._steady().frames(), self._count)
             for frame, glottis in zip(frames, self._results.masks(), strict=True):
-                light.append(_light(frame, folds))
+                light.append((*_light(frame, folds), *(float(frame[part].mean()) for part in beside)))
                 profiles.add(frame, glottis)
                 across.add(frame, glottis)
                 yield frame
 
         half = max(0.25 * min(self._shape), midline.reach(tissue > 0))
         lines = kymogram(seen(), midline, self._settings.places, half)
-        sharpness, saturated = np.array(light).T
+        sharpness, saturated, *brightness = np.array(light).T
         denoising = float(self._results.read("glottis/blur")[0])
         blur = float(np.hypot(profiles.blur, denoising))
         area, inner = (
@@ -254,6 +256,7 @@ class Chain:
             folds=folds,
             sharpness=sharpness,
             saturated=saturated,
+            brightness=np.nanmean(brightness, axis=1),
             blur=np.array(profiles.blur),
             blur_band=lost_of.band,
             lost_most=lost_of.most,

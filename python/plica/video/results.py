@@ -71,6 +71,7 @@ _UNITS = {
     "sides/blur_band": "px^2",
     "sides/midline": "px: x, y of the upper end, x, y of the lower, its bow to the right from end to end",
     "sides/blur": "px, standard deviation",
+    "sides/brightness": "grey levels",
     "sides/kymogram": "grey levels",
     "trust/mismatch": "px",
     "paths/places": "px: x, y",
@@ -114,11 +115,12 @@ class Results:
         return marks
 
     def _outdated(self) -> set[str]:
-        """Groups of an earlier version, which :meth:`claim` drops: of one in which drift had no change of
-        size, or the folds' edges were distances from a straight line; and all that stands on them."""
+        """Groups of an earlier version, which :meth:`claim` drops, and all that stands on them: of one in
+        which drift had no change of size, edges were distances from a straight line, or strands parted the
+        glottis."""
         if "drift" in self and self.shape("drift/motion")[1] < 4:
             return {"drift", "glottis", *_CHANGES["midline"]}
-        return set(_CHANGES["midline"]) if "sides" in self and "sides/contact" not in self else set()
+        return set(_CHANGES["midline"]) if "sides" in self and "sides/brightness" not in self else set()
 
     @property
     def flows(self) -> Path:

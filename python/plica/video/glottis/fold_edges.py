@@ -11,7 +11,8 @@ where the other one lies against it: of its way from its slit to x it goes the s
 other's. Between, contact moves as the edges come and go: a cubic in time, with a velocity at either end that
 is the lesser of the edges' own where both go the same way, and none where they go against each other or one
 of them stands still, which stops the other. Or it rests where it mostly is, as far as the slits that are seen
-last and first have that place. Neither is seen: it is taken halfway between both, and may be off by as much
+last and first have that place. Neither is seen: it is taken halfway between both, and may be off by as much,
+or by as far as it would go with the mean of their velocities, as two bodies alike do
 (docs/recordings_method.md, "Edges of folds that touch").
 """
 
@@ -36,6 +37,7 @@ Mask = npt.NDArray[np.bool_]
 _OPEN = 0.5  # px: a narrower slit is none
 _ALONG = 2.0  # px, standard deviation of the blur along the midline of what is told of contact
 _SLOW = 0.1  # px a frame: folds that near each other by less do not say where they meet
+_STILL = 0.2  # of the other's speed: an edge that is slower stands still
 _LATEST = 1.5  # frames from the last slit that is seen to contact, at most
 _BEYOND = 0.3  # of the swing: contact does not leave its ends by more
 
@@ -53,7 +55,7 @@ class FoldEdges:
     open : (frames, lines) bool
         Where there is a slit; elsewhere the folds touch.
     contact : (frames, lines) px
-        To the right, how far the line of contact is off one that rests, and off one that moves; 0 in slits.
+        To the right, how far the line of contact may be off; 0 in slits.
     """
 
     along: Floats
@@ -75,6 +77,12 @@ class SlitsOverTime:
         """Those of the next frame."""
         self._slits = self._slits or Slits(self._midline, mask.shape)
         self._found.append(self._slits.of(mask))
+
+    def areas(self) -> tuple[Floats, Floats]:
+        """(frames) px^2 of all slits, left and right of the midline, with what strands hide of them."""
+        width, centre = np.moveaxis(np.array(self._found), 1, 0)
+        right = np.clip(width / 2 + centre, 0.0, width)
+        return (width - right).sum(axis=1), right.sum(axis=1)
 
     def edges(self) -> FoldEdges:
         """Of all frames that were added."""
@@ -105,28 +113,31 @@ def fold_edges(glottis: Iterable[Mask], midline: Midline, blur: float = 0.0) -> 
 def _edges(along: Floats, width: Floats, centre: Floats, blur: float) -> FoldEdges:
     opened = width >= _OPEN
     width = np.where(opened, width, 0.0)
-    moving, resting = _contact(np.where(opened, slit_width(width, blur), 0.0), centre, opened)
+    moving, resting, carried = _contact(np.where(opened, slit_width(width, blur), 0.0), centre, opened)
     middle = np.where(opened, centre, (moving + resting) / 2)
-    doubt = np.where(opened, 0.0, (moving - resting) / 2)
+    doubts = np.stack([(moving - resting) / 2, carried - middle])
+    most = np.take_along_axis(doubts, np.abs(doubts).argmax(axis=0)[None], axis=0)[0]
+    doubt = np.where(opened, 0.0, most)
     return FoldEdges(along, width / 2 - middle, width / 2 + middle, opened, doubt)
 
 
-def _contact(width: Floats, centre: Floats, opened: Mask) -> tuple[Floats, Floats]:
-    """(frames, lines) px right of the midline, of lines that are closed: where contact is if it moves as the
-    edges' ways lead it, and if it rests. The midline where a line never opens."""
+def _contact(width: Floats, centre: Floats, opened: Mask) -> tuple[Floats, Floats, Floats]:
+    """(frames, lines) px right of the midline, of closed lines: where contact is if it moves as the
+    edges' ways lead it, if it rests, and if both carry it on. The midline where a line never opens."""
     width, centre = _blurred(width, opened), _blurred(centre, opened)
     edges = centre - width / 2, centre + width / 2
     swing = _swing(edges[0], opened) + _swing(edges[1], opened)
-    moving, resting = np.zeros(opened.shape), np.zeros(opened.shape)
+    moving, resting, carried = np.zeros((3, *opened.shape))
     for line in range(opened.shape[1]):
         closures = list(_closures(edges[0][:, line].tolist(), edges[1][:, line].tolist(), opened[:, line]))
         for part, begin, end in closures:
             moving[part, line] = _between(part, begin, end, float(swing[line]))
+            carried[part, line] = _between(part, begin.carried_on, end.carried_on, float(swing[line]))
         if closures:
             rest = float(np.median(moving[~opened[:, line], line]))
             for part, begin, end in closures:
                 resting[part, line] = _between(part, begin.at_rest(rest), end.at_rest(rest), 0.0)
-    return moving, resting
+    return moving, resting, carried
 
 
 def _closures(
@@ -153,8 +164,8 @@ class _Meeting(NamedTuple):
     frame : float
     place : float
         px right of the midline.
-    velocity : float
-        px a frame, of the line of contact.
+    velocity, carried : float
+        px a frame, of the line of contact: as the edges lead it, and their mean.
     slit : (float, float)
         px, the edges in the slit that is seen last, or first.
     """
@@ -162,11 +173,17 @@ class _Meeting(NamedTuple):
     frame: float
     place: float
     velocity: float
+    carried: float
     slit: tuple[float, float]
 
     def at_rest(self, place: float) -> _Meeting:
         """The same at rest, at this place or what of the slit is nearest to it."""
         return self._replace(place=min(max(place, self.slit[0]), self.slit[1]), velocity=0.0)
+
+    @property
+    def carried_on(self) -> _Meeting:
+        """The same with the mean of the velocities."""
+        return self._replace(velocity=self.carried)
 
     @classmethod
     def of(cls, left: list[float], right: list[float], seen: list[bool], frame: int, way: int) -> _Meeting:
@@ -176,14 +193,15 @@ class _Meeting(NamedTuple):
         closing = speeds[0] - speeds[1]
         if closing <= _SLOW:
             middle = (ends[0] + ends[1]) / 2
-            return cls(frame - way / 2, middle, 0.0, ends)
+            return cls(frame - way / 2, middle, 0.0, 0.0, ends)
         later = min((ends[1] - ends[0]) / closing, _LATEST)
         led = min(max(ends[0] + later * speeds[0], ends[0]), ends[1])
         slower = int(abs(speeds[1]) < abs(speeds[0]))
         share = abs(speeds[slower] / speeds[1 - slower])
         place = ends[slower] + share * (led - ends[slower])
         velocity = 0.0 if speeds[0] * speeds[1] <= 0 else speeds[slower]
-        return cls(frame - way * later, place, -way * velocity, ends)
+        carried = 0.0 if share < _STILL else (speeds[0] + speeds[1]) / 2
+        return cls(frame - way * later, place, -way * velocity, -way * carried, ends)
 
 
 def _speed(edge: list[float], seen: list[bool], frame: int, way: int) -> float:

@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.glottis.fold_edges import SlitsOverTime
-from plica.video.glottis.midline import Midline, pixels
+from plica.video.glottis.midline import Midline
 
-__all__ = ["GlottalArea", "LostToBlur", "areas", "middle", "middle_lines", "read_area"]
+__all__ = ["GlottalArea", "LostToBlur", "areas", "middle", "middle_lines", "read_area", "shade_limit"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_SHADED = 0.25  # of what darkens the midline; films without shade have up to 0.14, with it from 0.40 on
+shade_limit = 0.25  # of what darkens the midline; films without shade have up to 0.14, with it from 0.40 on
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ class LostToBlur:
     @property
     def by_blur_alone(self) -> bool:
         """Whether slits are what darkens the midline, and no shade between folds that close."""
-        return self.shade < _SHADED
+        return self.shade < shade_limit
 
     @property
     def mirrored(self) -> LostToBlur:
@@ -216,21 +216,15 @@ def middle(place: Floats, midline: Midline) -> Mask:
 
 
 def areas(glottis: Iterable[Mask], midline: Midline, blur: float = 0.0) -> GlottalArea:
-    """Area and edges of each mask (h, w) left and right of the midline; a pixel on it counts for both.
+    """Area and edges of each mask (h, w) left and right of the midline.
 
     `blur` (px, standard deviation) of the masks' edges tells where slits close that it made narrower.
     """
-    rows: list[tuple[float, float]] = []
-    to_right: Floats | None = None
     slits = SlitsOverTime(midline, blur)
     for mask in glottis:
-        if to_right is None:
-            to_right = np.clip(0.5 + midline.place(pixels(mask.shape))[..., 1], 0.0, 1.0)  # of a pixel's area
-        rows.append((float((1 - to_right)[mask].sum()), float(to_right[mask].sum())))
         slits.add(mask)
     edges = slits.edges()
     tenth = middle_lines(edges.along, midline)
     of_edges = (edge[:, tenth].mean(axis=1) for edge in (edges.left, edges.right, edges.contact))
     left_edge, right_edge, contact = of_edges
-    left, right = np.array(rows).T
-    return GlottalArea(left, right, left_edge, right_edge, contact=contact)
+    return GlottalArea(*slits.areas(), left_edge, right_edge, contact=contact)

@@ -31,6 +31,11 @@ _SEEN, _NARROW = 1.5, 0.05  # px, of slits that blur hardly makes narrower; the 
 _SHARED = 0.3  # of a width, what else its centre has
 _SMOOTH = 1.5  # px, standard deviation of the blur of the bow along the line
 _FEWEST = 4  # slits on a place, of as many frames, that tell where it closes
+_STRAND = 11  # px: a strand is narrower
+_WIDE, _ACROSS = (
+    4,
+    0.5,
+)  # px, and share of the width of the narrower part beside it, that a strand parts at least
 _KNOTS = 65  # of a bow that is found
 
 
@@ -255,9 +260,10 @@ def _closing(sums: Floats) -> tuple[Floats, Floats]:
 class Slits:
     """The slits of masks (h, w) on lines across a midline, a pixel apart.
 
-    A pixel counts for the two lines it lies between, by how near it is to each. Along an image's row all
-    between the first and the last pixel of a mask is slit: what lies over it, as a strand of mucus, is no
-    tissue's edge.
+    A pixel counts for the two lines it lies between, by how near it is to each. What lies over a slit, as a
+    strand of mucus, is no tissue's edge: along an image's row all between the first and the last pixel of a
+    mask is slit, and so is what parts the mask over its width by a few pixels. Folds that touch in their
+    middle part it where it is narrow.
 
     Attributes
     ----------
@@ -280,11 +286,34 @@ class Slits:
 
     def of(self, mask: Mask) -> tuple[Floats, Floats]:
         """(lines) px each: widths, and centres right of the midline; 0 where there is no slit."""
+        mask = without_strands(mask)
         first, last = np.maximum.accumulate(mask, axis=1), np.maximum.accumulate(mask[:, ::-1], axis=1)
         inside = first & last[:, ::-1]
         count = self._sums(inside, np.ones(int(inside.sum())))
         moment = self._sums(inside, self._off[inside])
         return count, moment / np.maximum(count, 1e-9)
+
+
+def without_strands(mask: Mask) -> Mask:
+    """The mask (h, w) with what strands across it hide: they part it over its width, by a few pixels."""
+    from scipy import ndimage
+
+    around = np.ones((3, 3))
+    parts, count = ndimage.label(mask, around)
+    if count < 2:
+        return mask
+    gaps = ndimage.binary_closing(mask, np.ones((_STRAND, 1))) & ~mask
+    regions, found = ndimage.label(gaps, around)
+    bridged = mask.copy()
+    for number in range(1, found + 1):
+        region = regions == number
+        beside = np.setdiff1d(parts[ndimage.binary_dilation(region, around)], 0)
+        if beside.size < 2:
+            continue
+        narrowest = min(int((parts == part).sum(axis=1).max()) for part in beside)
+        if region.any(axis=0).sum() >= max(_WIDE, _ACROSS * narrowest):
+            bridged |= region
+    return bridged
 
 
 def _axis(moments: Floats) -> tuple[Floats, Floats]:

@@ -28,6 +28,7 @@ Floats = npt.NDArray[np.float64]
 _NOISE = 0.03  # of the contrast
 _BAND = (0.15, 0.7)  # shares of the way from dark to tissue between whose outlines the true area lies
 _INNER = 0.2  # the same, of the outline that shade hardly moves (docs/verification/video.md, "One lamp")
+_DEEPEST = 75  # percentile of the depths of a mask: in a narrow slit the lens fills the rest with light
 _LEAST = 6  # px; what is smaller is noise, and would draw the midline to it
 
 
@@ -167,10 +168,10 @@ def _levels(raw: Grey, mask: Mask) -> tuple[float, float, float]:
 
     frame = blurred(raw)
     depth = ndimage.distance_transform_edt(mask)
-    inside = depth >= max(1.0, float(np.median(depth[mask])))
+    inside = depth >= max(1.0, float(np.percentile(depth[mask], _DEEPEST)))
     outside = around(mask)
     tissue = float(np.median(frame[outside])) if outside.any() else float("nan")
-    return float(np.median(frame[inside])), tissue, 1.4826 * float(np.median(np.abs(raw - frame)))
+    return float(np.median(raw[inside])), tissue, 1.4826 * float(np.median(np.abs(raw - frame)))
 
 
 def _check_drawn(shown: Mapping[int, Mask], contrast: float) -> None:

@@ -167,7 +167,7 @@ def _alone(t: npt.NDArray[np.int_], left: Floats) -> npt.NDArray[np.bool_]:
 
 
 def chance_of_whole_frames(periods: npt.NDArray[np.floating]) -> float:
-    """p of the module docstring, of periods (cycles) in frames; 1 where they do not differ by whole frames."""
+    """p of the module docstring, of periods (cycles) in frames; 1 where no two differ by whole frames."""
     least = 1.0
     for fraction in periods % 1:
         whole = np.round(periods - fraction)

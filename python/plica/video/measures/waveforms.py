@@ -33,7 +33,7 @@ from plica.measures.recorded import recorded_cycles
 from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
 from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
-from plica.video.glottis.glottal_area import GlottalArea
+from plica.video.glottis.glottal_area import GlottalArea, shade_limit
 from plica.video.measures.error_model import AreaErrors, Estimate, draws
 from plica.video.measures.intervals import with_errors
 from plica.video.measures.lateral_light import by_light, cautioned, is_shaded, is_wide
@@ -129,6 +129,7 @@ def measures(
     *,
     doubts: Sequence[str] = (),
     band: tuple[Floats, Floats] | None = None,
+    brightness: Floats | None = None,
     cycles: Cycles | None = None,
 ) -> tuple[Measures, Cycles]:
     """What the glottal area and the edges of the folds tell, each with its interval over cycles.
@@ -138,8 +139,8 @@ def measures(
     they are given over it and its square too. `sides` says what is left and what is right; `doubts` what
     speaks against the whole area, which all that stands on it repeats; `band` (px^2, of each frame) between
     which outlines it lies, which is said, and is in the intervals, where there is shade. Slits that blur
-    hides are counted where they are known (`area.lost`). `cycles` are all complete ones, by the outline,
-    unless given.
+    hides are counted where they are known (`area.lost`). `brightness` is that of the tissue on either side
+    of the midline (:mod:`.lateral_light`). `cycles` are all complete ones, by the outline, unless given.
     """
     cycles = area_cycles(area, fps, mm_per_px) if cycles is None else cycles
     area = area.filled()
@@ -162,7 +163,7 @@ def measures(
     if sharp.inner is not None and area.inner is not None:
         inner = of_sides(sharp.inner, area.inner)
         while_open = seen.of_sides(sharp.inner.while_open(sharp), length, cycles)
-        of_folds, darkest = by_light(of_folds, inner, while_open, wide=wide)
+        of_folds, darkest = by_light(of_folds, inner, while_open, wide=wide, brightness=brightness)
         shade = sharp.less(sharp.inner.while_open(sharp))
         if darkest:
             chosen, bare = sharp.inner, area.inner
@@ -330,11 +331,13 @@ def _of_sides(
 
 
 def _outlines_said(area: GlottalArea, band: tuple[Floats, Floats]) -> str:
-    """That shade leaves open where the outline is, and by how much."""
+    """By how much it is open where the outline is, and that shade makes it so where there is some."""
     low, high = (float(np.nanmean(edge)) / float(area.total.mean()) for edge in band)
+    shaded = area.lost is not None and area.lost.shade >= shade_limit
+    shade = ". Shade beside the folds makes it too large" if shaded else ""
     return (
         f"the outline is not sharp: in the mean the area lies between {low:.2f} and {high:.2f} of what is "
-        "measured, which the intervals have. Shade beside the folds makes it too large"
+        f"measured, which the intervals have{shade}"
     )
 
 

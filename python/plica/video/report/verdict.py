@@ -9,7 +9,7 @@ import numpy as np
 
 from plica.video.analysis import Analysis
 from plica.video.measures.frame_flags import in_doubt, lit
-from plica.video.measures.lateral_light import is_shaded
+from plica.video.measures.lateral_light import is_lateral, is_shaded
 
 __all__ = ["Light", "light_of"]
 
@@ -41,7 +41,8 @@ def light_of(found: Analysis) -> Light:
         said += " ".join(f"{text[0].upper()}{text[1:]}." for text in found.doubts) + " "
     if is_shaded(found.measures.values()):
         light = "bad" if light == "bad" else "fair"
-        said += "Light from one side: see the cautions of phase and amplitude asymmetry. "
+        cause = "Light from one side" if is_lateral(found["sides/brightness"]) else "The outline is not sharp"
+        said += f"{cause}: see the cautions of phase and amplitude asymmetry. "
     if not found.cycles.count:
         light = "bad"
         said += f"No cycles were found, so that nothing of the voice is measured: {found.cycles.note}. "

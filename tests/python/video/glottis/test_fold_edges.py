@@ -100,6 +100,54 @@ def test_folds_that_meet_on_a_straight_line_have_a_midline_without_a_bow() -> No
     assert (edges.left + edges.right)[~edges.open] == pytest.approx(0.0)
 
 
+def test_a_strand_over_the_glottis_takes_nothing_from_edges_and_area() -> None:
+    masks = _masks(
+        lambda turn, shape: -shape * (3 + 8 * np.sin(turn)),
+        lambda turn, shape: shape * (3 + 8 * np.sin(turn)),
+    )
+    y, x = np.mgrid[0:_HEIGHT, 0:_WIDTH]
+    line = find_midline(masks)
+    bare, crossed = (
+        areas([mask & (np.abs(y - place - 0.25 * x) > 2) for mask in masks], line) for place in (-99, 62)
+    )
+    wide = bare.total > 0.5 * bare.total.max()
+    lost = [np.count_nonzero(mask & (np.abs(y - 62 - 0.25 * x) <= 2)) for mask in masks]
+    assert np.max(np.array(lost)[wide] / bare.total[wide]) > 0.04
+    assert crossed.total[wide] == pytest.approx(bare.total[wide], rel=0.012)
+    assert crossed.left[wide] == pytest.approx(bare.left[wide], rel=0.025)
+    for edge in ("left_edge", "right_edge"):
+        assert getattr(crossed, edge)[wide] == pytest.approx(getattr(bare, edge)[wide], abs=0.5)
+
+
+def test_folds_that_touch_in_their_middle_are_not_taken_for_a_strand() -> None:
+    def polyp(way: int) -> Fold:
+        return lambda turn, shape: (
+            way
+            * (np.maximum(shape * (7 + 6 * np.sin(turn)) - 14 * np.exp(-(((shape - 1) / 0.04) ** 2)), 0.0))
+        )
+
+    masks = _masks(polyp(-1), polyp(1))
+    line = find_midline(masks)
+    found = areas(masks, line)
+    assert found.total == pytest.approx([mask.sum() for mask in masks], rel=0.005)
+    assert found.opened.sum() < 0.6 * _FRAMES
+    assert found.total.min() >= 100
+
+
+def test_contact_between_folds_that_press_unlike_may_go_with_them() -> None:
+    """Folds alike would carry the line of contact on with the mean of their velocities; whether they do is
+    not seen, so it counts as doubt."""
+    masks = _masks(
+        lambda turn, shape: shape * np.minimum(-(3 + 12 * np.sin(turn)), 0.0),
+        lambda turn, shape: shape * np.maximum(3 + 6 * np.sin(turn), 0.0),
+    )
+    found = areas(masks, find_midline(masks))
+    closed = ~found.opened
+    assert found.contact is not None
+    assert found.contact[closed].max() > 0.6  # to the right, the slower one's side
+    assert found.contact[~closed] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_places_on_a_bowed_midline_are_found_again() -> None:
     line = Midline((40.0, 10.0), (50.0, 90.0), tuple(5 * np.sin(np.linspace(0, np.pi, 65))))
     points = np.random.default_rng(1).uniform(0, 100, (50, 2))
@@ -174,7 +222,7 @@ def test_the_measures_of_a_film_of_a_paralysed_fold_hold_what_is_true(tmp_path: 
 
     # Results of a version without outlines of either fold are not read, and are made again where asked for.
     with h5py.File(found.path, "r+") as file:
-        del file["sides/contact"]
+        del file["sides/brightness"]
     with pytest.raises(VideoError, match="from an earlier version of plica"):
         load(tmp_path / "found")
     again = analyse(*where, settings, until="glottis", progress=False)
