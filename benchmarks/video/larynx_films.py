@@ -20,7 +20,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-__all__ = ["Film", "Folds", "Picture", "Truth", "issue_films", "render", "truth", "unseen_films"]
+__all__ = [
+    "Film",
+    "Folds",
+    "Picture",
+    "Truth",
+    "drawn_films",
+    "issue_films",
+    "render",
+    "truth",
+    "unseen_films",
+]
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]  # left, right in the image
@@ -448,6 +458,63 @@ def unseen_films() -> list[Film]:
         Film("abduction", Folds(amplitude=(9.0, 7.0), voiced=(-math.inf, 0.055)), count=320),
     ]
     return [replace(film, seed=100 + k) for k, film in enumerate(films)]
+
+
+def drawn_films(count: int, seed: int) -> list[Film]:
+    """Others, all of whose features are drawn at random: what nobody has looked at."""
+    return [_drawn(k, np.random.default_rng([seed, k])) for k in range(count)]
+
+
+def _drawn(number: int, rng: np.random.Generator) -> Film:
+    def between(low: float, high: float) -> float:
+        return float(rng.uniform(low, high))
+
+    def often(share: float) -> bool:
+        return bool(rng.random() < share)
+
+    larger = between(4, 10)
+    amplitude = (larger, larger * between(0.5, 1.0))
+    folds = Folds(
+        pitch=between(110, 260),
+        length=between(80, 130),
+        amplitude=amplitude if often(0.5) else amplitude[::-1],
+        offset=(between(0.5, 2.5), between(0.5, 2.5)),
+        lag=between(-1.2, 1.2) if often(0.5) else 0.0,
+        zipper=between(-1.2, 1.2) if often(0.3) else 0.0,
+        bow=between(-7, 7) if often(0.3) else 0.0,
+        chink=between(3, 6) if often(0.2) else 0.0,
+        skew=between(-0.5, 0.2),
+        vibrato=0.01 if often(0.2) else 0.0,
+    )
+    kind = rng.choice(["plain", "plain", "still", "gap", "polyp"])
+    if kind == "still":
+        still = still_fold(between(0, 7), between(-4, 3), between(5, 8), int(rng.integers(2)))
+        folds = replace(folds, amplitude=still.amplitude, offset=still.offset, lag=0.0, bow=0.0)
+    elif kind == "gap":
+        wide = between(1.0, 5.0) / 2
+        offset = (folds.amplitude[0] + wide, folds.amplitude[1] + wide)
+        folds = replace(folds, offset=offset, bow=0.0)
+    elif kind == "polyp":
+        swollen = polyp(between(3, 7), int(rng.integers(2)), between(4, 7))
+        folds = replace(folds, amplitude=(6.0, 6.0), offset=swollen.offset, bump=swollen.bump)
+    picture = Picture(
+        size=(210, 180),
+        tilt=between(-14, 14) if often(0.6) else 0.0,
+        blur=between(0.6, 1.3),
+        noise=between(1, 6),
+        texture=between(0.04, 0.14),
+        dark=between(15, 40),
+        lamp=between(-0.35, 0.35) if often(0.2) else 0.0,
+        strand=between(1.5, 3.5) if often(0.15) else 0.0,
+        drift=(between(-5, 5), between(-5, 5)) if often(0.2) else (0.0, 0.0),
+        corners=often(0.15),
+        counter=often(0.15),
+    )
+    taken: Literal["all", "dropped", "repeated"] = "all"
+    if often(0.1):
+        taken = "dropped" if often(0.5) else "repeated"
+    fps, seed = between(3000, 6000), int(rng.integers(10**6))
+    return Film(f"drawn {number}: {kind}", folds, picture, fps, 240, seed, taken)
 
 
 # ---- the renderer against the truth

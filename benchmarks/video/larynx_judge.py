@@ -3,6 +3,7 @@
     python -m benchmarks.video.larynx_judge                   all films, about 8 min
     python -m benchmarks.video.larynx_judge --quick           the issue films alone, 2 min
     python -m benchmarks.video.larynx_judge --only polyp      those that have this in their name
+    python -m benchmarks.video.larynx_judge --drawn 30        others, whose features are drawn at random
     python -m benchmarks.video.larynx_judge -o DIR            keeps films and analyses in a new folder
     python -m benchmarks.video.larynx_judge --record          writes docs/records/video_larynx_judge.json
 
@@ -36,7 +37,7 @@ import numpy as np
 from benchmarks.harness.record import this_environment
 from benchmarks.harness.study import keep, script_parser
 from benchmarks.harness.table import markdown, show
-from benchmarks.video.larynx_films import Film, Truth, issue_films, render, truth, unseen_films
+from benchmarks.video.larynx_films import Film, Truth, drawn_films, issue_films, render, truth, unseen_films
 from plica import video
 
 COLUMNS = ("film", "measure", "true", "found", "interval", "verdict", "told")
@@ -235,6 +236,8 @@ def sums(made: Iterable[Judged], title: str) -> str:
 
 
 def chosen_films(options: Namespace) -> list[tuple[Film, bool]]:
+    if options.drawn:
+        return [(film, False) for film in drawn_films(options.drawn, options.seed)]
     films = [(film, True) for film in issue_films()]
     if not options.quick:
         films += [(film, False) for film in unseen_films()]
@@ -251,6 +254,8 @@ def main() -> None:
         "--only", metavar="NAME", nargs="+", default=[], help="films with this in their names"
     )
     parser.add_argument("--quick", action="store_true", help="the issue films alone")
+    parser.add_argument("--drawn", metavar="COUNT", type=int, default=0, help="so many films drawn at random")
+    parser.add_argument("--seed", type=int, default=0, help="of these (default: 0)")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, help="new folder for films and analyses")
     parser.add_argument("--record", action="store_true", help="write docs/records/video_larynx_judge.json")
     options = parser.parse_args()

@@ -15,12 +15,12 @@ import numpy.typing as npt
 from plica.video.glottis.fold_edges import SlitsOverTime
 from plica.video.glottis.midline import Midline
 
-__all__ = ["GlottalArea", "LostToBlur", "areas", "middle", "middle_lines", "read_area", "shade_limit"]
+__all__ = ["GlottalArea", "LostToBlur", "areas", "middle", "middle_lines", "read_area"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-shade_limit = 0.25  # of what darkens the midline; films without shade have up to 0.14, with it from 0.40 on
+_SHADED = 0.25  # of what darkens the midline; films without shade have up to 0.14, with it from 0.40 on
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ class LostToBlur:
     @property
     def by_blur_alone(self) -> bool:
         """Whether slits are what darkens the midline, and no shade between folds that close."""
-        return self.shade < shade_limit
+        return self.shade < _SHADED
 
     @property
     def mirrored(self) -> LostToBlur:

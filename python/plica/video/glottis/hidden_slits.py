@@ -90,7 +90,8 @@ def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask, left: float = 0.
     inner = np.where(known, sides - _narrower(sides, width - outline_width(width, blur, _INNER)), 0.0)
     low, high = (outline_width(width, blur, share).sum(axis=1) for share in _BAND)
     besides = np.where(narrow & (seen == 0), np.maximum(most - width, 0.0), 0.0)
-    besides += np.where((seen > 0) & known, _DIMMED * blur, 0.0)
+    seems_closed = ((seen == 0) & known).any(axis=0)
+    besides += np.where((seen > 0) & known & seems_closed, _DIMMED * blur, 0.0)
     return LostToBlur(
         outline=_of_lines(hidden, seen > 0, lines.middle, left),
         inner=_of_lines(inner, seen > 0, lines.middle, left),

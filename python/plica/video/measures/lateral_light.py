@@ -84,7 +84,7 @@ def by_light(
         found = cautioned(
             found,
             f"the {' and the '.join(unknown)} by the outline halfway to the tissue cannot be compared with "
-            "that by the darkest part, as not both are known: what shade makes of it is open",
+            "that by the darkest part, as not both are known: what light makes of it is open",
             _COMPARED,
         )
     return found, darkest

@@ -33,11 +33,12 @@ from plica.measures.recorded import recorded_cycles
 from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
 from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
-from plica.video.glottis.glottal_area import GlottalArea, shade_limit
+from plica.video.glottis.glottal_area import GlottalArea
 from plica.video.measures.error_model import AreaErrors, Estimate, draws
 from plica.video.measures.intervals import with_errors
-from plica.video.measures.lateral_light import by_light, cautioned, is_shaded, is_wide
+from plica.video.measures.lateral_light import by_light, cautioned, is_lateral, is_shaded, is_wide
 from plica.video.measures.slit_measures import differs, noted, open_besides
+from plica.video.measures.steady_voice import steady_voice
 
 __all__ = ["area_cycles", "counted", "edge_error", "measures", "phases", "scale_of", "wide_share"]
 
@@ -180,7 +181,10 @@ def measures(
     outlines = None
     if band is not None and (wide or is_shaded(of_folds)):
         low, high = (np.where(np.isfinite(edge), edge, area.total) for edge in band)
-        outlines, by_area = (low, high), cautioned(by_area, _outlines_said(area, band))
+        outlines, by_area = (
+            (low, high),
+            cautioned(by_area, _outlines_said(area, band, is_lateral(brightness))),
+        )
     total = size**2 * area.total
     found = [
         *count_measures(cycles),
@@ -214,12 +218,15 @@ def counted(area: GlottalArea) -> GlottalArea:
 
 
 def area_cycles(area: GlottalArea, fps: float | None = None, mm_per_px: float | None = None) -> Cycles:
-    """All complete cycles of a glottal area, by its outline: in s, or in frames without `fps`."""
+    """All complete cycles of a glottal area but those of onset and offset (:mod:`.steady_voice`), by its
+    outline: in s, or in frames without `fps`."""
     known = np.isfinite(area.total)
     area = area.filled()
     size, step, scale = scale_of(fps, mm_per_px)
     time = step * np.arange(area.total.size)
-    cycles = recorded_cycles(time, size**2 * area.total, name="glottal area", scale=scale)
+    total = size**2 * area.total
+    cycles = recorded_cycles(time, total, name="glottal area", scale=scale)
+    cycles = steady_voice(cycles, time, total, scale)
     apart = _folds_apart(area, cycles, scale, step)
     verdict = "diplophonic" if apart else cycles.verdict
     left_out = _with_lost(known, time, cycles)
@@ -330,11 +337,10 @@ def _of_sides(
     return found
 
 
-def _outlines_said(area: GlottalArea, band: tuple[Floats, Floats]) -> str:
-    """By how much it is open where the outline is, and that shade makes it so where there is some."""
+def _outlines_said(area: GlottalArea, band: tuple[Floats, Floats], lateral: bool) -> str:
+    """By how much it is open where the outline is, and that shade makes it so under a lamp to one side."""
     low, high = (float(np.nanmean(edge)) / float(area.total.mean()) for edge in band)
-    shaded = area.lost is not None and area.lost.shade >= shade_limit
-    shade = ". Shade beside the folds makes it too large" if shaded else ""
+    shade = ". Shade beside the folds makes it too large" if lateral else ""
     return (
         f"the outline is not sharp: in the mean the area lies between {low:.2f} and {high:.2f} of what is "
         f"measured, which the intervals have{shade}"
