@@ -19,7 +19,7 @@ def count_measures(cycles: Cycles) -> list[Measure]:
     """Number of cycles, and number of cycles used for measures."""
     return [
         whole("cycles_found", cycles.count, cycles.note if not cycles.count else ""),
-        whole("cycles_used", cycles.count - len(cycles.left_out), cycles.note if not cycles.count else ""),
+        whole("cycles_used", cycles.count - len(cycles.left_out), cycles.note),
     ]
 
 

@@ -73,6 +73,7 @@ def _remark(found: Analysis) -> str:
         f"{cycles.count} complete cycles found, {cycles.count - len(cycles.left_out)} used, {cycles.verdict}"
         if cycles.count
         else f"no cycles: {cycles.note}",
+        *([cycles.note] if cycles.count and cycles.note else []),
     ]
     if settings.patient_left is None:
         parts.append("patient's left unknown: sides are those of the image")
