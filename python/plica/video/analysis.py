@@ -371,7 +371,7 @@ class Analysis:
         its upper to its lower end; not a number where the area is not known."""
         blur = np.nan_to_num(np.hypot(self["sides/blur"], self["glottis/blur"]))
         known = np.isfinite(self.area.total)
-        return vibrogram(self._results.masks(), self.midline, known, blur=float(blur))
+        return vibrogram(self._results.coverages(), self.midline, known, blur=float(blur))
 
     @property
     def drawn(self) -> list[int]:

@@ -24,6 +24,7 @@ from plica.storage.stored import Stored
 from plica.video.errors import VideoError
 from plica.video.files.recording import Grey, Recording, spread
 from plica.video.glottis.brightness import dark_level
+from plica.video.glottis.coverage import to_stored
 from plica.video.glottis.edge_blur import EdgeProfiles
 from plica.video.glottis.frame_outline import Finder
 from plica.video.glottis.glottal_area import GlottalArea, areas
@@ -164,7 +165,7 @@ class Chain:
         finder = self._finder(drawn)
 
         def add(file: h5py.File) -> None:
-            for name in ("mask", "inner"):
+            for name in ("mask", "coverage", "inner"):
                 shape = (self._count, *self._shape)
                 lay_out(file, f"glottis/{name}", shape, np.uint8, "1", packed=True)
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
@@ -182,7 +183,9 @@ class Chain:
                     found = finder.outline(frame, index)
                     mask, band[index] = found.mask, (found.least, found.largest)
                 put_row(file, "glottis/mask", index, mask)
-                put_row(file, "glottis/inner", index, mask if found is None else found.inner)
+                for name in ("coverage", "inner"):
+                    covered = mask if found is None else getattr(found, name)
+                    put_row(file, f"glottis/{name}", index, to_stored(covered))
                 confined[index] = 0.0 if found is None else found.confined
                 border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask
@@ -210,7 +213,7 @@ class Chain:
         line = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
         if ends is not None:
             self._require_both_sides(line)
-        midline = closing_in(self._results.masks(), line, keep_ends=ends is not None)
+        midline = closing_in(self._results.coverages(), line, keep_ends=ends is not None)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
         folds = (tissue > 0) & midline.near(self._shape)
         light: list[tuple[float, ...]] = []
@@ -220,10 +223,10 @@ class Chain:
 
         def seen() -> Iterator[Grey]:
             frames = self._watched("kymograms", self._steady().frames(), self._count)
-            for frame, glottis in zip(frames, self._results.masks(), strict=True):
+            for frame, covered in zip(frames, self._results.coverages(), strict=True):
                 light.append((*_light(frame, folds), *(float(frame[part].mean()) for part in beside)))
-                profiles.add(frame, glottis)
-                across.add(frame, glottis)
+                profiles.add(frame, covered >= 0.5)
+                across.add(frame, covered)
                 yield frame
 
         half = max(0.25 * min(self._shape), midline.reach(tissue > 0))
@@ -232,8 +235,8 @@ class Chain:
         denoising = float(self._results.read("glottis/blur")[0])
         blur = float(np.hypot(profiles.blur, denoising))
         area, inner = (
-            areas(self._results.masks(name=name), midline, blur if np.isfinite(blur) else 0.0)
-            for name in ("mask", "inner")
+            areas(self._results.coverages(name), midline, blur if np.isfinite(blur) else 0.0)
+            for name in ("coverage", "inner")
         )
         drawn = np.isin(np.arange(self._count), list(self._results.drawn()))
         unknown = lost & ~drawn

@@ -21,6 +21,7 @@ from plica.storage.stored import Stored
 from plica.video.errors import VideoError
 from plica.video.files.recording import Recording
 from plica.video.files.recording_date import file_date
+from plica.video.glottis.coverage import from_stored
 from plica.video.glottis.network import fingerprint
 from plica.video.settings import Settings
 
@@ -116,11 +117,11 @@ class Results:
 
     def _outdated(self) -> set[str]:
         """Groups of an earlier version, which :meth:`claim` drops, and all that stands on them: of one in
-        which drift had no change of size, edges were distances from a straight line, or strands parted the
-        glottis."""
+        which drift had no change of size, or outlines were of whole pixels."""
         if "drift" in self and self.shape("drift/motion")[1] < 4:
             return {"drift", "glottis", *_CHANGES["midline"]}
-        return set(_CHANGES["midline"]) if "sides" in self and "sides/brightness" not in self else set()
+        whole = "glottis" in self and "glottis/coverage" not in self
+        return {"glottis", *_CHANGES["midline"]} if whole else set()
 
     @property
     def flows(self) -> Path:
@@ -244,12 +245,19 @@ class Results:
             masks = file.read("drawn/masks").astype(bool)
             return dict(zip(file.read("drawn/frames").tolist(), masks, strict=True))
 
-    def masks(self, begin: int = 0, name: str = "mask") -> Iterator[Mask]:
-        """The glottis of each frame from this one on, or its "inner" part."""
+    def masks(self, begin: int = 0) -> Iterator[Mask]:
+        """The glottis of each frame from this one on."""
         with Stored(self.path, hint=HINT) as file:
-            kept = file.rows(f"glottis/{name}")
+            kept = file.rows("glottis/mask")
             for index in range(begin, len(kept)):
                 yield kept[index].astype(bool)
+
+    def coverages(self, name: str = "coverage") -> Iterator[npt.NDArray[np.float64]]:
+        """(h, w) how much of each pixel is glottis, of each frame; or its "inner" part."""
+        with Stored(self.path, hint=HINT) as file:
+            kept = file.rows(f"glottis/{name}")
+            for index in range(len(kept)):
+                yield from_stored(kept[index])
 
     def change(self, add: Callable[[h5py.File], None], without: Iterable[str] = ()) -> None:
         """The file but for these groups, and with what is added, takes the place of the one that is there."""

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.glottis.blurred_slit import slit_width
-from plica.video.glottis.midline import Midline, Slits
+from plica.video.glottis.midline import Covered, Midline, Slits
 
 __all__ = ["FoldEdges", "SlitsOverTime", "fold_edges"]
 
@@ -66,17 +66,17 @@ class FoldEdges:
 
 
 class SlitsOverTime:
-    """Collects the slits of one mask (h, w) after the other; for `blur` see :func:`fold_edges`."""
+    """Collects slits frame by frame; for `blur` see :func:`fold_edges`."""
 
     def __init__(self, midline: Midline, blur: float = 0.0) -> None:
         self._midline, self._blur = midline, blur
         self._slits: Slits | None = None
         self._found: list[tuple[Floats, Floats]] = []
 
-    def add(self, mask: Mask) -> None:
+    def add(self, glottis: Covered) -> None:
         """Those of the next frame."""
-        self._slits = self._slits or Slits(self._midline, mask.shape)
-        self._found.append(self._slits.of(mask))
+        self._slits = self._slits or Slits(self._midline, glottis.shape)
+        self._found.append(self._slits.of(glottis))
 
     def areas(self) -> tuple[Floats, Floats]:
         """(frames) px^2 of all slits, left and right of the midline, with what strands hide of them."""
@@ -95,8 +95,8 @@ class SlitsOverTime:
         return _edges(along[kept], width[:, kept], centre[:, kept], self._blur)
 
 
-def fold_edges(glottis: Iterable[Mask], midline: Midline, blur: float = 0.0) -> FoldEdges:
-    """Of the masks (h, w) of all frames.
+def fold_edges(glottis: Iterable[Covered], midline: Midline, blur: float = 0.0) -> FoldEdges:
+    """Of the masks, or coverages, (h, w) of all frames.
 
     Parameters
     ----------

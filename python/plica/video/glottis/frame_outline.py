@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 __all__ = ["Finder", "Outline"]
 
+Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 
@@ -20,9 +21,11 @@ class Outline:
     Attributes
     ----------
     mask : (h, w) bool
-    inner : (h, w) bool
-        What is darkest of it: shade beside the folds, which is glottis at a half, hardly moves its outline.
-        The mask itself where there is nothing to tell it by.
+    coverage : (h, w)
+        How much of each pixel is glottis (:mod:`.coverage`).
+    inner : (h, w)
+        The same of what is darkest of it: shade beside the folds, which is glottis at a half, hardly moves
+        its outline. The coverage itself where there is nothing to tell it by.
     least, largest : float
         px^2, band of its area: had the outline been drawn somewhat nearer to the dark, or to the tissue.
     confined : float
@@ -30,7 +33,8 @@ class Outline:
     """
 
     mask: Mask
-    inner: Mask
+    coverage: Floats
+    inner: Floats
     least: float
     largest: float
     confined: float = 0.0

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.glottis.fold_edges import SlitsOverTime
-from plica.video.glottis.midline import Midline
+from plica.video.glottis.midline import Covered, Midline
 
 __all__ = ["GlottalArea", "LostToBlur", "areas", "middle", "middle_lines", "read_area"]
 
@@ -215,8 +215,8 @@ def middle(place: Floats, midline: Midline) -> Mask:
     return np.asarray(np.abs(place[..., 0] / midline.length - 0.5) < 0.05)
 
 
-def areas(glottis: Iterable[Mask], midline: Midline, blur: float = 0.0) -> GlottalArea:
-    """Area and edges of each mask (h, w) left and right of the midline.
+def areas(glottis: Iterable[Covered], midline: Midline, blur: float = 0.0) -> GlottalArea:
+    """Area and edges of each mask, or coverage, (h, w) left and right of the midline.
 
     `blur` (px, standard deviation) of the masks' edges tells where slits close that it made narrower.
     """

@@ -19,6 +19,7 @@ __all__ = ["Midline", "closing_in", "find_midline"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+Covered = Mask | Floats  # (h, w) a mask, or how much of each pixel is glottis
 
 _STEEPEST = 45.0  # degrees from the vertical, beyond which left and right are not those of the image
 # Standard deviations of a slit's centre: of edges rounded to pixels, px; as shares of its width, how far one
@@ -191,7 +192,7 @@ def find_midline(glottis: Iterable[Mask]) -> Midline:
     return Midline((float(upper[0]), float(upper[1])), (float(lower[0]), float(lower[1])))
 
 
-def closing_in(glottis: Iterable[Mask], line: Midline, *, keep_ends: bool = False) -> Midline:
+def closing_in(glottis: Iterable[Covered], line: Midline, *, keep_ends: bool = False) -> Midline:
     """The line in which the folds meet, with its bow, from the straight one.
 
     On each line across it, slits of all frames have centres m = c + a w, w being their width and a what one
@@ -201,7 +202,8 @@ def closing_in(glottis: Iterable[Mask], line: Midline, *, keep_ends: bool = Fals
 
     Parameters
     ----------
-    glottis : (h, w) bool, of each frame
+    glottis : (h, w), of each frame
+        Masks, or how much of each pixel is glottis.
     line : Midline
         Straight.
     keep_ends : bool
@@ -258,7 +260,7 @@ def _closing(sums: Floats) -> tuple[Floats, Floats]:
 
 
 class Slits:
-    """The slits of masks (h, w) on lines across a midline, a pixel apart.
+    """The slits of masks, or coverages, (h, w) on lines across a midline, a pixel apart.
 
     A pixel counts for the two lines it lies between, by how near it is to each. What lies over a slit, as a
     strand of mucus, is no tissue's edge: along an image's row all between the first and the last pixel of a
@@ -273,6 +275,7 @@ class Slits:
 
     def __init__(self, midline: Midline, shape: tuple[int, ...]) -> None:
         along, self._off = np.moveaxis(midline.place(pixels(shape)), -1, 0)
+        self._turn = float(midline.across[0])  # px across the line, of one along an image's row
         self._first = int(np.floor(along.min()))
         self._count = int(np.floor(along.max())) - self._first + 2
         self._number = np.floor(along).astype(int) - self._first
@@ -284,14 +287,23 @@ class Slits:
         found = np.bincount(number, values * (1 - share), self._count)
         return np.asarray(found + np.bincount(number + 1, values * share, self._count))
 
-    def of(self, mask: Mask) -> tuple[Floats, Floats]:
+    def of(self, glottis: Covered) -> tuple[Floats, Floats]:
         """(lines) px each: widths, and centres right of the midline; 0 where there is no slit."""
-        mask = without_strands(mask)
+        covered = np.asarray(glottis, dtype=float)
+        seen = covered >= 0.5
+        mask = without_strands(seen)
         first, last = np.maximum.accumulate(mask, axis=1), np.maximum.accumulate(mask[:, ::-1], axis=1)
         inside = first & last[:, ::-1]
-        count = self._sums(inside, np.ones(int(inside.sum())))
-        moment = self._sums(inside, self._off[inside])
-        return count, moment / np.maximum(count, 1e-9)
+        left, right = np.zeros_like(inside), np.zeros_like(inside)  # neighbours that are inside
+        left[:, 1:], right[:, :-1] = inside[:, :-1], inside[:, 1:]
+        begins, ends = (inside & ~left) | (~inside & right), (inside & ~right) | (~inside & left)
+        share = np.where((begins | ends) & (seen | ~inside), covered, inside)
+        there = share > 0
+        # What is covered of a pixel at an end lies on the side of the slit.
+        part = share[there]
+        off = self._off[there] + self._turn * (begins[there].astype(float) - ends[there]) * (1 - part) / 2
+        count = self._sums(there, part)
+        return count, self._sums(there, part * off) / np.maximum(count, 1e-9)
 
 
 def without_strands(mask: Mask) -> Mask:

@@ -87,9 +87,11 @@ class MidlineGrey:
         found = np.bincount(self._number[where], weights.astype(float), self._count + 1)
         return np.asarray(found[: self._count])
 
-    def add(self, frame: npt.NDArray[np.floating], glottis: Mask) -> None:
-        """Those of a frame (h, w) and its glottis."""
-        width = [self._sums(glottis, side[glottis]) / self._density for side in self._sides]
+    def add(self, frame: npt.NDArray[np.floating], covered: Floats) -> None:
+        """Those of a frame (h, w) and of how much of its pixels is glottis."""
+        glottis = covered >= 0.5
+        there = covered > 0
+        width = [self._sums(there, (side * covered)[there]) / self._density for side in self._sides]
         core = [self._sums(near, weight * frame[near]) / self._density for near, weight in self._cores]
         rim = [
             self._sums(own, frame[own]) / np.maximum(self._sums(own, np.ones(int(own.sum()))), 1.0)

@@ -130,7 +130,9 @@ class Network:
         found = self.probability(frame, f"frame {index}")
         lower, higher = max(self.threshold - _BAND, 0.0), min(self.threshold + _BAND, 1.0)
         mask = found >= self.threshold
-        return Outline(mask, mask, float(np.sum(found >= higher)), float(np.sum(found >= max(lower, 1e-6))))
+        least, largest = (float(np.sum(found >= level)) for level in (higher, max(lower, 1e-6)))
+        whole = mask.astype(float)
+        return Outline(mask, whole, whole, least, largest)
 
     def left_out(self, glottis: Mask) -> Mask:
         """Nothing: the model alone says what is glottis."""

@@ -16,6 +16,7 @@ from plica.video.files.image_file import read_image
 from plica.video.files.recording import Frames, Grey, spread
 from plica.video.glottis.brightness import around, blurred, region_below
 from plica.video.glottis.candidates import Prior
+from plica.video.glottis.coverage import coverage
 from plica.video.glottis.frame_outline import Outline
 from plica.video.glottis.frame_segmentation import segment
 from plica.video.glottis.tissue_level import PixelLevels, pixel_levels
@@ -86,18 +87,23 @@ class Look:
         A half is where a blurred step stands. The tissue is the pixel's own in the frame of this `index`;
         without one, the common one.
         """
+        return region_below(self._below(blurred(frame, self.blur), index, share), 0.0, self.reach, _LEAST)
+
+    def _below(self, smooth: npt.NDArray[np.floating], index: int | None, share: float) -> Floats:
+        """(h, w) a blurred frame less the level that its pixels have; infinite where no glottis can be."""
         level: Floats | float = self.dark + share * (self.tissue - self.dark)
         if index is not None and self.levels is not None:
             level = self.levels.level(index, self.dark, self.tissue, share)
-        below = np.where(self.near, blurred(frame, self.blur) - level, np.inf)
-        return region_below(below, 0.0, self.reach, _LEAST)
+        return np.where(self.near, smooth - level, np.inf)
 
     def outline(self, frame: Grey, index: int) -> Outline:
         """The glottis of a frame; its band is that of the outlines at 0.15 and 0.7 of the way."""
-        mask = self.mask(frame, index)
-        inner, narrow, wide = (self.mask(frame, index, share) for share in (_INNER, *_BAND))
+        smooth = blurred(frame, self.blur)
+        below = [self._below(smooth, index, share) for share in (0.5, _INNER, *_BAND)]
+        mask, inner, narrow, wide = (region_below(one, 0.0, self.reach, _LEAST) for one in below)
         areas = float(narrow.sum()), float(mask.sum()), float(wide.sum())
-        return Outline(mask, inner & mask, min(areas), max(areas), self._confined(mask))
+        whole, dark = coverage(mask, below[0]), coverage(inner & mask, below[1])
+        return Outline(mask, whole, np.minimum(dark, whole), min(areas), max(areas), self._confined(mask))
 
     def _confined(self, mask: Mask) -> float:
         """Share of a mask's outline on the limit of what is near, where none comes that was learnt from: the

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.glottis.fold_edges import fold_edges
-from plica.video.glottis.midline import Midline
+from plica.video.glottis.midline import Covered, Midline
 
 __all__ = ["vibrogram"]
 
@@ -24,13 +24,14 @@ _WIDTH = 2.0  # px of the midline in a row, at least
 
 
 def vibrogram(
-    glottis: Iterable[Mask], midline: Midline, known: Mask, most: int = 100, blur: float = 0.0
+    glottis: Iterable[Covered], midline: Midline, known: Mask, most: int = 100, blur: float = 0.0
 ) -> Floats:
     """(2, places, frames) px, of the left and of the right fold, places from the midline's upper end.
 
     Parameters
     ----------
-    glottis : (h, w) bool, of each frame
+    glottis : (h, w), of each frame
+        Masks, or how much of each pixel is glottis.
     midline : Midline
     known : (frames) bool
         Where not, the column is not a number.

@@ -222,7 +222,7 @@ def test_the_measures_of_a_film_of_a_paralysed_fold_hold_what_is_true(tmp_path: 
 
     # Results of a version without outlines of either fold are not read, and are made again where asked for.
     with h5py.File(found.path, "r+") as file:
-        del file["sides/brightness"]
+        del file["glottis/coverage"]
     with pytest.raises(VideoError, match="from an earlier version of plica"):
         load(tmp_path / "found")
     again = analyse(*where, settings, until="glottis", progress=False)
