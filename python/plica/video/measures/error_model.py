@@ -72,6 +72,7 @@ _CONTACT = (-1.0, 1.0)  # of how far the line of contact is off one that rests, 
 _MIDLINE = 0.4  # px, to which the midline is found (docs/verification/video.md, "Noise and blur")
 _ROUNDED = 0.5  # px
 _LEFT = (-0.5, 0.5)  # of what shade moves the outline halfway by: in the darkest part
+_LEFT_UNLIT = (-0.5, 1.0)  # the same without a lamp to one side: the outline halfway may be the true one
 _UNSEEN = (-1.5, 0.5)  # of the same, in the outline halfway, where left and right do not show it
 _INSTANT = 0.35  # frames
 _MARK = 0.15  # frames, to which a mark is known on their grid
@@ -126,6 +127,8 @@ class AreaErrors:
         By how much more the outline halfway has than that of the darkest part; None: not known.
     darkest : bool
         Whether sides are those of the darkest part.
+    lateral : bool
+        Whether a lamp to one side is seen.
     """
 
     added: Floats | None = None
@@ -135,6 +138,7 @@ class AreaErrors:
     band: tuple[Floats, Floats] | None = None
     shade: GlottalArea | None = None
     darkest: bool = False
+    lateral: bool = False
 
 
 def draws(
@@ -194,7 +198,8 @@ def _with_errors(
     half = _width(estimate.sides) / 2
     for side, right in (("left", -1), ("right", 1)):
         if errors.shade is not None:
-            share = _between(_LEFT if errors.darkest else _UNSEEN, place[f"{side} shade"])
+            left = _LEFT if errors.lateral else _LEFT_UNLIT
+            share = _between(left if errors.darkest else _UNSEEN, place[f"{side} shade"])
             late = round(sign[f"{side} shade's phase"] * frames / 2)
             for name in (side, f"{side}_edge"):
                 parts[name] += share * np.roll(errors.shade.parts[name], late)

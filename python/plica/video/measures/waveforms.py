@@ -205,6 +205,7 @@ def measures(
             band=outlines,
             shade=shade,
             darkest=chosen is sharp.inner,
+            lateral=is_lateral(brightness),
         )
         found = seen.with_errors(
             found, Estimate(area.total, sharp.total, sharp.total, chosen, length), errors, cycles
