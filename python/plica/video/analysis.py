@@ -406,14 +406,9 @@ class Analysis:
     @cached_property
     def modes(self) -> Modes:
         """Of the tissue that is seen in every frame, and well in half of them or more."""
-        return Modes(
-            mean=self["modes/mean"],
-            patterns=self["modes/patterns"],
-            coefficients=self["modes/coefficients"],
-            share=self["modes/share"],
-            variance=float(self["modes/variance"]),
-            mask=self["modes/used"] > 0,
-        )
+        names = ("mean", "patterns", "coefficients", "share", "repeated", "travelling")
+        parts = {name: self[f"modes/{name}"] for name in names}
+        return Modes(variance=float(self["modes/variance"]), mask=self["modes/used"] > 0, **parts)
 
     def frames(self) -> Steadied:
         """The recording as it was analysed: turned, cut, without the endoscope's motion.

@@ -432,6 +432,8 @@ class Chain:
             symmetry=found.symmetry(midline),
             variance=np.array(found.variance),
             used=used,
+            repeated=found.repeated,
+            travelling=found.travelling,
         )
 
     def _waves(self) -> None:

@@ -5,6 +5,13 @@ U G, the variances G^2 / (N - 1), and a mode's share its variance over the sum o
 with the mean subtracted). As N is far below n, the Gram matrix V V^T (N x N, float64) is accumulated over
 blocks of rows of pixels, its eigenvectors are U, and the modes follow in a second pass. Memory: N^2 numbers
 and a block.
+
+Principal components are there of anything, of errors too. A mode of the motion is one of either half of the
+frames: with P_B the projection on the first k + 2 modes of the second half, mode k of the first half has
+|P_B w_k| near 1 where both move alike, and near 0 where it is chance (Gram matrices give it: w of one half
+is V_A^T u / s). What travels takes two modes, in quadrature in space and in time: with the analytic signals z
+of their coefficients, |sum z_k conj(z_k+1)| over their magnitudes is 1, though real coefficients are
+uncorrelated. Their shares add up to that of the wave; neither has a meaning of its own.
 """
 
 from __future__ import annotations
@@ -24,6 +31,7 @@ Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _BLOCK = 64e6  # bytes
+_SPARE = 2  # modes more of the other half, where two of about one size may be one behind the other
 
 
 @dataclass(frozen=True)
@@ -44,6 +52,11 @@ class Modes:
         px^2, of all modes: sum over pixels of the variance over frames.
     mask : (h, w) bool
         Pixels that count.
+    repeated : (k)
+        0 to 1: how far each mode of the first half of the frames is one of the second; not a number where
+        the halves have too few frames.
+    travelling : (k)
+        0 to 1: how far each mode and the next are one motion that travels; the last is not a number.
     """
 
     mean: Floats
@@ -52,6 +65,8 @@ class Modes:
     share: Floats
     variance: float
     mask: Mask
+    repeated: Floats
+    travelling: Floats
 
     def symmetry(self, midline: Midline) -> Floats:
         """(k) -1 to 1: the modes' likeness to their mirror image in the midline.
@@ -152,7 +167,49 @@ def modes(
         variances[:found] / total,
         total / (frames - 1),
         used,
+        _repeated(gram, found),
+        _travelling(vectors[:, :found]),
     )
+
+
+def _repeated(gram: Floats, count: int) -> Floats:
+    """(count) |P_B w_k| of the module docstring, from the centred Gram matrix (N, N)."""
+    half = len(gram) // 2
+    found = np.full(count, np.nan)
+    parts = slice(0, half), slice(half, len(gram))
+    sizes, vectors = [], []
+    for part in parts:
+        own = _centred(_centred(gram[part, part]).T)
+        values, own_vectors = np.linalg.eigh(own)
+        sizes.append(np.sqrt(np.maximum(values[::-1], 0.0)))
+        vectors.append(own_vectors[:, ::-1])
+    between = _centred(_centred(gram[parts]).T).T
+    most = min(half - 1, count)
+    there = [int(np.sum(size > 1e-6 * size[0])) if size[0] > 0 else 0 for size in sizes]
+    inner = vectors[0].T @ between @ vectors[1]
+    for k in range(min(most, there[0])):
+        other = min(k + _SPARE, there[1])
+        part = inner[k, :other] / (sizes[0][k] * sizes[1][:other])
+        found[k] = min(float(np.linalg.norm(part)), 1.0)
+    return found
+
+
+def _centred(matrix: Floats) -> Floats:
+    """Less the mean of its rows."""
+    return np.asarray(matrix - matrix.mean(axis=0))
+
+
+def _travelling(coefficients: Floats) -> Floats:
+    """(k) of each of the coefficients (N, k) and the next."""
+    from scipy import signal
+
+    analytic = signal.hilbert(coefficients, axis=0)
+    found = np.full(coefficients.shape[1], np.nan)
+    for k in range(found.size - 1):
+        one, other = analytic[:, k], analytic[:, k + 1]
+        sizes = float(np.linalg.norm(one) * np.linalg.norm(other))
+        found[k] = abs(np.vdot(other, one)) / sizes if sizes > 0 else np.nan
+    return found
 
 
 def _band(flows: Any, band: slice, used: Mask) -> Floats:

@@ -26,6 +26,7 @@ __all__ = ["sections"]
 _SHADES = {"closed": "#40434a", "opening": "#8fb8dc", "open": "#3b82c4", "closing": "#e0a98f"}
 _MOST_PATHS = 4000
 _PANELS = 10  # pictures of a cycle
+_TRAVELS, _CHANCE = 0.8, 0.5  # of modes: one motion that travels from there on; below, not in both halves
 
 
 def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
@@ -231,7 +232,10 @@ def _modes(found: Analysis) -> Drawing:
             strength = picture.max(axis=-1, keepdims=True)
             laid = 0.8 * picture + (1 - 0.8 * strength) * tissue
             axes.imshow(np.clip(np.where(used[..., None], laid, 0.6 * tissue), 0, 1)[box])
-            axes.set_title(f"mode {k + 1}: {100 * share[k]:.1f} %, symmetry {symmetry[k]:+.2f}")
+            axes.set_title(
+                f"mode {k + 1}: {100 * share[k]:.1f} %, symmetry {symmetry[k]:+.2f},\n"
+                f"in both halves {_share(found.modes.repeated[k])}"
+            )
         y, x = np.mgrid[-1:1:61j, -1:1:61j]
         wheel = coloured(np.stack([x, y], axis=-1))
         panels[-1].imshow(np.where((np.hypot(x, y) <= 1)[..., None], wheel, 1.0))
@@ -242,9 +246,32 @@ def _modes(found: Analysis) -> Drawing:
     caption = (
         "Principal modes of the tissue's motion, laid over the frame of least area: colour is the direction, "
         "its strength the size; what is darkened does not count. Share of the variance; likeness to the "
-        "mirror image in the midline: +1 symmetric, -1 in opposite phase."
+        "mirror image in the midline: +1 symmetric, -1 in opposite phase; how far the mode of the first half "
+        f"of the frames is one of the second: 1 of a motion, near 0 of errors. {_of_modes(found)}"
     )
-    return draw("modes", caption, "Principal modes of the motion", (9, 3.4), paint)
+    return draw("modes", caption, "Principal modes of the motion", (9, 3.6), paint)
+
+
+def _share(value: float) -> str:
+    return f"{value:.2f}" if np.isfinite(value) else "not known"
+
+
+def _of_modes(found: Analysis) -> str:
+    """Which modes are one that travels, and which are not in both halves of the frames."""
+    modes, said = found.modes, []
+    travels = [k for k in range(min(len(modes.share) - 1, 3)) if modes.travelling[k] > _TRAVELS]
+    for k in travels:
+        if k - 1 not in travels:
+            both = 100 * float(modes.share[k] + modes.share[k + 1])
+            said.append(
+                f"Modes {k + 1} and {k + 2} are one motion that travels, with {both:.1f} %; alone they mean "
+                "nothing."
+            )
+    errors = [str(k + 1) for k in range(min(len(modes.share), 3)) if modes.repeated[k] < _CHANCE]
+    if errors:
+        which, are = ("Mode", "is") if len(errors) == 1 else ("Modes", "are")
+        said.append(f"{which} {', '.join(errors)} {are} not in both halves: take no meaning from that.")
+    return " ".join(said)
 
 
 def _coefficients(found: Analysis) -> Drawing:

@@ -117,3 +117,37 @@ def test_what_cannot_be_decomposed_is_said() -> None:
     flows[7, 3, 3, 0] = np.nan
     with pytest.raises(VideoError, match="flow 7 is not finite"):
         modes(flows, 2)
+
+
+def test_a_mode_of_the_motion_is_in_both_halves_of_the_frames_and_one_of_errors_is_not() -> None:
+    flows, _, _ = planted(noise=0.05)
+    found = modes(flows, 5)
+    assert found.repeated[:2].min() > 0.9
+    assert found.repeated[2:].max() < 0.4
+    noise = np.random.default_rng(5).standard_normal((_FRAMES, *_SHAPE, 2))
+    assert modes(noise, 4).repeated.max() < 0.4
+    once = flows.copy()
+    once[_FRAMES // 2 :] = 0.05 * noise[_FRAMES // 2 :]  # a motion of the first half alone
+    assert modes(once, 2).repeated.max() < 0.4
+
+
+def test_a_wave_is_two_modes_that_travel_as_one() -> None:
+    y, x = np.mgrid[0 : _SHAPE[0], 0 : _SHAPE[1]].astype(float)
+    t = np.arange(_FRAMES)[:, None, None]
+    wave = np.sin(2 * np.pi * (t / 10 - y / 20)) * np.exp(-((x - _COLUMN) ** 2) / 60)
+    standing = 4 * np.sin(2 * np.pi * t / 10) * np.exp(-((x - _COLUMN) ** 2) / 60 - (y - 20) ** 2 / 100)
+    apart = 2 * np.sin(2 * np.pi * t / 7.3) * np.sign(x - _COLUMN) * np.exp(-((y - 20) ** 2) / 100)
+    travels = modes(np.stack([wave, 0 * wave], axis=-1), 3)
+    assert travels.travelling[0] > 0.95
+    assert travels.share[:2].sum() == pytest.approx(1.0, abs=1e-6)
+    stands = modes(np.stack([standing + apart, 0 * wave], axis=-1), 3)
+    assert stands.travelling[0] < 0.3
+    assert np.isnan(stands.travelling[-1])
+
+
+def test_halves_of_the_gram_matrix_are_those_of_the_flows() -> None:
+    flows, _, _ = planted(noise=0.1)
+    both = [part.reshape(len(part), -1) for part in (flows[:25], flows[25:])]
+    one, other = (np.linalg.svd(part - part.mean(axis=0), full_matrices=False)[2] for part in both)
+    true = [np.linalg.norm(other[: k + 2] @ one[k]) for k in range(4)]
+    assert modes(flows, 4).repeated == pytest.approx(true, abs=1e-6)
