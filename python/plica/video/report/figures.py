@@ -21,7 +21,7 @@ from plica.video.motion.trajectories import spacing
 from plica.video.report.pictures import cycle_poses, kymograms, paint_pose, row_height
 from plica.video.report.wave_figures import folds_box, over_tissue, wave_drawings
 
-__all__ = ["sections"]
+__all__ = ["lead", "sections"]
 
 _SHADES = {"closed": "#40434a", "opening": "#8fb8dc", "open": "#3b82c4", "closing": "#e0a98f"}
 _MOST_PATHS = 4000
@@ -29,12 +29,14 @@ _PANELS = 10  # pictures of a cycle
 _TRAVELS, _CHANCE = 0.8, 0.5  # of modes: one motion that travels from there on; below, not in both halves
 
 
+def lead(found: Analysis) -> list[Drawing]:
+    """The figures that stand with the summary."""
+    return [_kymograms(found), _area(found)]
+
+
 def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
-    """Headings, each with its figures; of the flow where it was found."""
-    glottis = (
-        "Waveforms",
-        [_area(found), *_cycle(found), _vibrogram(found), _kymograms(found), _spectrum(found)],
-    )
+    """Headings, each with its further figures; of the flow where it was found."""
+    glottis = ("Waveforms", [*_cycle(found), _vibrogram(found), _spectrum(found)])
     if not found.complete:
         return [glottis]
     drawings = [_modes(found), _coefficients(found)]

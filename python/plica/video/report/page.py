@@ -17,7 +17,8 @@ from plica.report.page import render
 from plica.report.wording import numbered, tables
 from plica.storage.files import write_text
 from plica.video.analysis import Analysis
-from plica.video.report.figures import sections
+from plica.video.report.figures import lead, sections
+from plica.video.report.summary import summary
 from plica.video.report.verdict import light_of
 from plica.video.settings import Settings
 
@@ -34,12 +35,17 @@ def write_report(found: Analysis) -> Path:
     widest = int(np.argmax(np.nan_to_num(found.area.total[shown])))
     measured, notes = tables(found.measures), list[str]()
     marks = {row.name: numbered(row.cautions, notes) for _, rows in measured for row in rows}
+    kept, left_out = summary(found, {row.name: row for _, rows in measured for row in rows})
+    drawings = sections(found)
     text = render(
         "video/report/page.html.j2",
         title=found.label,
         running=running(found),
         remark=_remark(found),
-        quality=light_of(found),
+        light=light_of(found),
+        kept=kept,
+        left_out=left_out,
+        lead=lead(found),
         frames=pictures,
         first=widest,
         frames_json=json.dumps(pictures),
@@ -48,7 +54,7 @@ def write_report(found: Analysis) -> Path:
         tables=measured,
         marks=marks,
         notes=notes,
-        sections=sections(found),
+        sections=drawings,
         command=_command(found),
         version=build_info()["version"],
     )

@@ -13,61 +13,82 @@ from plica.video.measures.lateral_light import is_lateral, is_shaded
 
 __all__ = ["Light", "light_of"]
 
+_RANKED = ("good", "fair", "bad")
+_SHOWN = {"good": "green", "fair": "amber", "bad": "red"}
 _FOLLOWS = 0.7  # correlation with the edges' way, below which the flow does not follow the folds
 
 
 class Light(NamedTuple):
-    """How far to trust an analysis: "good" (green), "fair" (amber) or "bad" (red), and why."""
+    """How far to trust an analysis: "good" (green), "fair" (amber) or "bad" (red), and why: sentences."""
 
     colour: str
-    said: str
+    reasons: tuple[str, ...]
 
     @property
     def shown(self) -> str:
         """The colour that readers see."""
-        return {"good": "green", "fair": "amber", "bad": "red"}[self.colour]
+        return _SHOWN[self.colour]
+
+    @property
+    def said(self) -> str:
+        """All reasons."""
+        return " ".join(self.reasons)
 
 
 def light_of(found: Analysis) -> Light:
     """Of the flags of all frames, the doubts about the area, the cycles, and the flow where it was found."""
+    reasons = [*_of_frames(found), *_of_voice(found), *(_of_motion(found) if found.complete else [])]
+    if not found.complete:
+        reasons.append(("good", "The motion of the tissue was not measured (plica video does it)."))
+    colour = max((one for one, _ in reasons), key=_RANKED.index)
+    ranked = sorted(reasons, key=lambda reason: -_RANKED.index(reason[0]))
+    return Light(colour, tuple(text for _, text in ranked))
+
+
+def _of_frames(found: Analysis) -> list[tuple[str, str]]:
+    """Colours and sentences: of the frames in doubt."""
     doubtful = [flag for flag in found.flags if in_doubt(flag)]
     share = len(doubtful) / found.count
-    light = "good" if share < 0.02 else "fair" if share < 0.15 else "bad"
-    reasons = Counter(reason for flag in doubtful for reason in flag.split(", ") if in_doubt(reason))
-    why = ", ".join(f"{reason} {count}" for reason, count in reasons.most_common())
-    said = f"{len(doubtful)} of {found.count} frames are in doubt{': ' + why if why else ''}. "
-    if found.doubts:
-        light = "bad" if light == "bad" else "fair"
-        said += " ".join(f"{text[0].upper()}{text[1:]}." for text in found.doubts) + " "
+    kinds = Counter(reason for flag in doubtful for reason in flag.split(", ") if in_doubt(reason))
+    why = ", ".join(f"{kind} {count}" for kind, count in kinds.most_common())
+    colour = "good" if share < 0.02 else "fair" if share < 0.15 else "bad"
+    return [(colour, f"{len(doubtful)} of {found.count} frames are in doubt{': ' + why if why else ''}.")]
+
+
+def _of_voice(found: Analysis) -> list[tuple[str, str]]:
+    """The same of the glottal area and its cycles."""
+    reasons = [("fair", f"{text[0].upper()}{text[1:]}.") for text in found.doubts]
     if is_shaded(found.measures.values()):
-        light = "bad" if light == "bad" else "fair"
         cause = "Light from one side" if is_lateral(found["sides/brightness"]) else "The outline is not sharp"
-        said += f"{cause}: see the cautions of phase and amplitude asymmetry. "
-    if not found.cycles.count:
-        light = "bad"
-        said += f"No cycles were found, so that nothing of the voice is measured: {found.cycles.note}. "
-    if found.cycles.no_period:
-        light = "bad" if light == "bad" else "fair"
-        said += (
-            f"{found.cycles.no_period[0].upper()}{found.cycles.no_period[1:]}; no share of it is measured. "
+        reasons.append(("fair", f"{cause}: see the cautions of phase and amplitude asymmetry."))
+    cycles = found.cycles
+    if not cycles.count:
+        reasons.append(
+            ("bad", f"No cycles were found, so that nothing of the voice is measured: {cycles.note}.")
         )
-    if not found.complete:
-        return Light(light, said + "The motion of the tissue was not measured (plica video does it).")
-    changes = sum(map(lit, found.flags))
-    if changes:
-        light = "fair" if light == "good" else light
+    if cycles.no_period:
+        why = f"{cycles.no_period[0].upper()}{cycles.no_period[1:]}"
+        reasons.append(("fair", f"{why}; no share of it is measured."))
+    return reasons
+
+
+def _of_motion(found: Analysis) -> list[tuple[str, str]]:
+    """The same of the light of the frames and of the flow."""
+    reasons = []
+    if changes := sum(map(lit, found.flags)):
         most = 100 * float(np.nanmax(np.abs(found.brightness)))
-        said += (
-            f"The light changes by up to {most:.0f} % from frame to frame ({changes} times by over 3 %); the "
-            "flow corrects for it. "
+        reasons.append(
+            (
+                "fair",
+                f"The light changes by up to {most:.0f} % from frame to frame ({changes} times by over 3 %); "
+                "the flow corrects for it.",
+            )
         )
     edges = found.edges
     if not np.isfinite(edges.correlation):
-        return Light(light, said + "Too few displacements of the folds' edges are known to check the flow.")
-    if edges.correlation < _FOLLOWS:
-        light = "bad"
-    return Light(
-        light,
-        said + f"Beside the edges of the folds the flow is {edges.slope:.2f} times the edges' displacement "
-        f"(correlation {edges.correlation:.2f}, {edges.count} displacements).",
+        return [*reasons, ("good", "Too few displacements of the folds' edges are known to check the flow.")]
+    follows = (
+        f"Beside the edges of the folds the flow is {edges.slope:.2f} times the edges' displacement "
+        f"(correlation {edges.correlation:.2f}, {edges.count} displacements)."
     )
+    return [*reasons, ("bad" if edges.correlation < _FOLLOWS else "good", follows)]

@@ -1,0 +1,75 @@
+"""What of a recording to write down and what not, and why: the first page of its report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plica.measures.measure import Measure
+from plica.report.wording import Row
+from plica.video.analysis import Analysis
+from plica.video.measures.waveforms import edge_error
+
+__all__ = ["Recorded", "summary"]
+
+_WIDEST = {
+    "fundamental_frequency": 0.05,
+    "open_quotient": 0.1,
+    "glottal_gap_index": 0.05,
+    "glottal_area_max_relative": 0.2,
+    "amplitude_left": 0.25,
+    "amplitude_right": 0.25,
+    "amplitude_ratio": 0.3,
+    "left_right_phase": np.radians(15.0),
+    "jitter": 0.01,
+    "shimmer": 0.05,
+}
+"""Half widths of the 95 % interval up to which a value is written down; of frequency, amplitudes and their
+ratio, and area over that of the value."""
+_OF_VALUE = frozenset(
+    {
+        "fundamental_frequency",
+        "amplitude_left",
+        "amplitude_right",
+        "amplitude_ratio",
+        "glottal_area_max_relative",
+    }
+)
+_EVERYWHERE = f"edges are placed to {edge_error:g} px"
+"""How the caution begins that all recordings have."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A measure as the summary has it; the reason is why it is not to be written down, empty where it is."""
+
+    row: Row
+    reason: str
+
+
+def summary(found: Analysis, rows: dict[str, Row]) -> tuple[list[Recorded], list[Recorded]]:
+    """What to write down, and what not, of the measures that people ask for first.
+
+    Parameters
+    ----------
+    found : Analysis
+    rows : dict of name to Row
+        Of the measures, as the report has them.
+    """
+    judged = [Recorded(rows[name], _reason(found.measures[name])) for name in _WIDEST if name in rows]
+    return [one for one in judged if not one.reason], [one for one in judged if one.reason]
+
+
+def _reason(item: Measure) -> str:
+    if item.value is None or not np.isfinite(item.value):
+        return item.note or "not known"
+    if item.interval is None:
+        return "no interval is known"
+    low, high = item.interval
+    factor = abs(item.value) if item.name in _OF_VALUE else 1.0
+    wide = (high - low) / 2 > _WIDEST[item.name] * factor
+    said = [text for text in item.cautions if not text.startswith(_EVERYWHERE)]
+    if wide and not said:
+        return "its interval is wide"
+    return f"{said[0]}{' (and more: see below)' if len(said) > 1 else ''}" if said else ""
