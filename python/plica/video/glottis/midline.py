@@ -32,11 +32,11 @@ _SEEN, _NARROW = 1.5, 0.05  # px, of slits that blur hardly makes narrower; the 
 _SHARED = 0.3  # of a width, what else its centre has
 _SMOOTH = 1.5  # px, standard deviation of the blur of the bow along the line
 _FEWEST = 4  # slits on a place, of as many frames, that tell where it closes
-_STRAND = 11  # px: a strand is narrower
-_WIDE, _ACROSS = (
+_ACROSS, _ALONG = 11, 5  # px: strands across the glottis, and along it, are narrower
+_WIDE, _HALF = (
     4,
     0.5,
-)  # px, and share of the width of the narrower part beside it, that a strand parts at least
+)  # px, and share of the extent of the lesser part beside it, over which a strand parts it
 _KNOTS = 65  # of a bow that is found
 
 
@@ -263,9 +263,8 @@ class Slits:
     """The slits of masks, or coverages, (h, w) on lines across a midline, a pixel apart.
 
     A pixel counts for the two lines it lies between, by how near it is to each. What lies over a slit, as a
-    strand of mucus, is no tissue's edge: along an image's row all between the first and the last pixel of a
-    mask is slit, and so is what parts the mask over its width by a few pixels. Folds that touch in their
-    middle part it where it is narrow.
+    strand of mucus, is no tissue's edge: what parts the mask over its width by a few pixels is slit. Folds
+    that touch in their middle part it where it is narrow.
 
     Attributes
     ----------
@@ -291,9 +290,7 @@ class Slits:
         """(lines) px each: widths, and centres right of the midline; 0 where there is no slit."""
         covered = np.asarray(glottis, dtype=float)
         seen = covered >= 0.5
-        mask = without_strands(seen)
-        first, last = np.maximum.accumulate(mask, axis=1), np.maximum.accumulate(mask[:, ::-1], axis=1)
-        inside = first & last[:, ::-1]
+        inside = without_strands(seen)
         left, right = np.zeros_like(inside), np.zeros_like(inside)  # neighbours that are inside
         left[:, 1:], right[:, :-1] = inside[:, :-1], inside[:, 1:]
         begins, ends = (inside & ~left) | (~inside & right), (inside & ~right) | (~inside & left)
@@ -307,25 +304,33 @@ class Slits:
 
 
 def without_strands(mask: Mask) -> Mask:
-    """The mask (h, w) with what strands across it hide: they part it over its width, by a few pixels."""
+    """The mask (h, w) with what strands over it hide: they part it by a few pixels, over half its width or
+    more where they lie across it, over half its length or more where they lie along it."""
+    from scipy import ndimage
+
+    parts, count = ndimage.label(mask, np.ones((3, 3)))
+    if count < 2:
+        return mask
+    return mask | _bridges(mask, parts, _ACROSS) | _bridges(mask.T, parts.T, _ALONG).T
+
+
+def _bridges(mask: Mask, parts: npt.NDArray[np.int32], most: int) -> Mask:
+    """What parts the mask by up to so many pixels along the first axis, over half of the extent along the
+    second of either part beside it."""
     from scipy import ndimage
 
     around = np.ones((3, 3))
-    parts, count = ndimage.label(mask, around)
-    if count < 2:
-        return mask
-    gaps = ndimage.binary_closing(mask, np.ones((_STRAND, 1))) & ~mask
-    regions, found = ndimage.label(gaps, around)
-    bridged = mask.copy()
-    for number in range(1, found + 1):
+    regions, count = ndimage.label(ndimage.binary_closing(mask, np.ones((most, 1))) & ~mask, around)
+    found = np.zeros_like(mask)
+    for number in range(1, count + 1):
         region = regions == number
         beside = np.setdiff1d(parts[ndimage.binary_dilation(region, around)], 0)
         if beside.size < 2:
             continue
         narrowest = min(int((parts == part).sum(axis=1).max()) for part in beside)
-        if region.any(axis=0).sum() >= max(_WIDE, _ACROSS * narrowest):
-            bridged |= region
-    return bridged
+        if region.any(axis=0).sum() >= max(_WIDE, _HALF * narrowest):
+            found |= region
+    return found
 
 
 def _axis(moments: Floats) -> tuple[Floats, Floats]:
