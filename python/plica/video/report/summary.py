@@ -14,28 +14,18 @@ from plica.video.measures.waveforms import edge_error
 __all__ = ["Recorded", "summary"]
 
 _WIDEST = {
-    "fundamental_frequency": 0.05,
-    "open_quotient": 0.1,
-    "glottal_gap_index": 0.05,
-    "glottal_area_max_relative": 0.2,
-    "amplitude_left": 0.25,
-    "amplitude_right": 0.25,
-    "amplitude_ratio": 0.3,
-    "left_right_phase": np.radians(15.0),
-    "jitter": 0.01,
-    "shimmer": 0.05,
+    "fundamental_frequency": (0.05, "value"),
+    "open_quotient": (0.1, "1"),
+    "glottal_gap_index": (0.05, "1"),
+    "glottal_area_max_relative": (0.2, "value"),
+    "amplitude_left": (0.25, "value"),
+    "amplitude_right": (0.25, "value"),
+    "amplitude_ratio": (0.3, "value"),
+    "left_right_phase": (np.radians(15.0), "rad"),
+    "jitter": (0.01, "1"),
+    "shimmer": (0.05, "1"),
 }
-"""Half widths of the 95 % interval up to which a value is written down; of frequency, amplitudes and their
-ratio, and area over that of the value."""
-_OF_VALUE = frozenset(
-    {
-        "fundamental_frequency",
-        "amplitude_left",
-        "amplitude_right",
-        "amplitude_ratio",
-        "glottal_area_max_relative",
-    }
-)
+"""Half widths of the 95 % interval up to which a value is written down, and of what."""
 _EVERYWHERE = f"edges are placed to {edge_error:g} px"
 """How the caution begins that all recordings have."""
 
@@ -67,8 +57,8 @@ def _reason(item: Measure) -> str:
     if item.interval is None:
         return "no interval is known"
     low, high = item.interval
-    factor = abs(item.value) if item.name in _OF_VALUE else 1.0
-    wide = (high - low) / 2 > _WIDEST[item.name] * factor
+    most, of = _WIDEST[item.name]
+    wide = (high - low) / 2 > most * (abs(item.value) if of == "value" else 1.0)
     said = [text for text in item.cautions if not text.startswith(_EVERYWHERE)]
     if wide and not said:
         return "its interval is wide"
