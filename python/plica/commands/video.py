@@ -1,4 +1,4 @@
-"""``plica video``, ``glottis``, ``modes``, ``masks`` and ``flow``: analysis of recordings and images."""
+"""``plica video``, ``glottis``, ``modes`` and ``flow``: analysis of recordings and images."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plica.commands.arguments import add_command, add_pdf, add_threads, numbers, whole
+from plica.commands.masks import add_masks
 from plica.commands.output import measures_table
 from plica.commands.recordings import analyse_each, is_newer
+from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
     from plica.video.analysis import Analysis
@@ -42,10 +44,11 @@ These six are stored with the results and may be given later, in the same direct
 --kymogram and --modes, which need little computation. To compare two analyses, e.g. before and after a
 treatment: plica compare.
 
-If an outline in the report is wrong, correct it: plica masks writes frames and their masks, and --masks
-reads the corrected ones; the other frames are then segmented using them. --segmenter uses your own network
-(ONNX; pip install "plica[onnx]"), whose outlines are used unchanged except in frames with hand-drawn masks;
-docs/recording_files.md describes its input and output.
+If an outline in the report is wrong, correct it: plica masks --page writes a page on which outlines, midline,
+region and scale are corrected in a browser, and --corrections reads what it saves; plica masks -o writes
+frames and their masks as pictures, and --masks reads those. The other frames are then segmented using them.
+--segmenter uses your own network (ONNX; pip install "plica[onnx]"), whose outlines are used unchanged except
+in frames with hand-drawn masks; docs/recording_files.md describes its input and output.
 
 Several recordings are analysed one after the other with the same options, each in a folder of its name in
 DIR; DIR/recordings.csv has a row for each: its light and why, every measure with its interval, or the error.
@@ -70,23 +73,10 @@ examples:
   plica video larynx.avi --fps 4000 -o before --label "patient 12, before" --recorded 2026-03-01 --pdf
   plica video larynx.cine --segmenter glottis.onnx -o analysis
   plica video larynx.mp4 --preset fast --midline 120,40,118,210 -o quick
+  plica masks analysis --page correct.html
+  plica video larynx.avi --fps 4000 -o analysis --corrections corrections.json
   plica masks analysis --frames 57,120 -o drawn && gimp drawn/mask_00057.png ...
   plica video larynx.avi --fps 4000 -o analysis --masks drawn
-"""
-
-_MASKS_HELP = """\
-Writes frames of an analysis and the masks of their glottis, to be corrected by hand: frame_N.png and
-mask_N.png, white where the glottis is, with N the number of the frame. Paint in the masks, delete those that
-need no correction, and give the folder to plica video (or glottis) with --masks: its masks are used
-unchanged, and the other frames are segmented using the darkness and position of the glottis in them. One
-drawn mask of a wide open glottis often corrects a whole recording; a black mask means that the glottis is
-closed. Masks are stored with the results: new masks are added to earlier ones, --no-masks removes all. If
-plica found no glottis, the masks are black.
-
-examples:
-  plica masks analysis -o drawn                    twelve frames, spread over the recording
-  plica masks analysis --frames 57,120 -o drawn
-  plica glottis larynx.avi -o analysis --masks drawn
 """
 
 _GLOTTIS_HELP = """\
@@ -151,13 +141,7 @@ def add_commands(commands: Any) -> None:
                 help="also compute the flow's lambda by three criteria (lambda.json); not used otherwise",
             )
     _add_recording(part("modes", _modes, "find the modes of the tissue's motion in a recording", _MODES_HELP))
-    masks = part("masks", _masks, "write masks of an analysis to be corrected by hand", _MASKS_HELP)
-    masks.add_argument("analysis", metavar="DIR", type=Path, help="directory of plica video or plica glottis")
-    masks.add_argument(
-        "-o", "--output", metavar="FOLDER", type=Path, required=True, help="folder of the images"
-    )
-    masks.add_argument("--frames", metavar="N,N,...", type=numbers(int), help="frames (default: twelve)")
-    masks.add_argument("--quiet", action="store_true", help="print only errors and cautions")
+    add_masks(commands)
     flow = part("flow", _flow, "compute the motion between two images", _FLOW_HELP)
     flow.add_argument("first", metavar="A", type=Path, help="image (PNG, TIFF, JPEG, ...)")
     flow.add_argument("second", metavar="B", type=Path, help="the next image, of the same size")
@@ -231,6 +215,9 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
     drawn = video.add_mutually_exclusive_group()
     drawn.add_argument(
         "--masks", metavar="FOLDER", type=Path, help="hand-drawn masks (plica masks), added to earlier ones"
+    )
+    drawn.add_argument(
+        "--corrections", metavar="FILE", type=Path, help="corrections.json of the page of plica masks --page"
     )
     drawn.add_argument("--no-masks", action="store_true", help="remove all hand-drawn masks")
     video.add_argument(
@@ -326,6 +313,11 @@ def _all(
 ) -> int:
     """Analyse the recordings: one in its directory, several in folders of it. What is `shown` of one at the
     end is shown of each."""
+    if options.corrections is not None and len(options.source) > 1:
+        raise InvalidInput(
+            f"Corrections: {options.corrections} for {len(options.source)} recordings; must be for one. "
+            "Give the recording that was corrected alone."
+        )
     if len(options.source) == 1 and not options.table:
         found = _analysed(options, until, options.source[0], options.output, report=report)
         if shown is not None:
@@ -360,6 +352,7 @@ def _analysed(
     from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
     from plica.video.analysis import analyse
+    from plica.video.files.corrections import read_corrections
     from plica.video.praat import write_praat
     from plica.video.report.page import write_report
     from plica.video.report.verdict import light_of
@@ -388,12 +381,13 @@ def _analysed(
         label=options.label,
         recorded=options.recorded,
     )
+    drawn = options.masks if options.corrections is None else read_corrections(options.corrections)
     with storage_errors(output):
         found = analyse(
             source,
             output,
             settings,
-            masks={} if options.no_masks else options.masks,
+            masks={} if options.no_masks else drawn,
             until=until,
             progress=not options.quiet,
         )
@@ -423,31 +417,6 @@ def _table(found: Analysis) -> str:
     """The measures, and which folds their left and right are."""
     sides = f"left: {found.side('left')}; right: {found.side('right')}"
     return f"{measures_table(found.measures)}\n{sides}"
-
-
-def _masks(options: argparse.Namespace) -> int:
-    import numpy as np
-
-    from plica.errors import InvalidInput
-    from plica.storage.files import storage_errors
-    from plica.video.analysis import load
-    from plica.video.glottis.segmenter import write_masks
-
-    found = load(options.analysis, needs="drift")
-    chosen = sorted(set(options.frames or (round(k * (found.count - 1) / 11) for k in range(12))))
-    for frame in chosen:
-        if not 0 <= frame < found.count:
-            raise InvalidInput(f"Masks: frame {frame}; must be in [0, {found.count}).")
-    frames = found.frames()
-    black = np.zeros(frames.shape, dtype=bool)
-    pictures = {
-        k: (frame, found.mask(k) if "glottis" in found else black) for k, frame in frames.some(chosen)
-    }
-    with storage_errors(options.output):
-        write_masks(options.output, pictures)
-    if not options.quiet:
-        print(f"written: {options.output}: {len(chosen)} frames and their masks")
-    return 0
 
 
 def _flow(options: argparse.Namespace) -> int:

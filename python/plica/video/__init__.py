@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from plica.video.analysis import Analysis, analyse, load
 from plica.video.errors import VideoError
+from plica.video.files.corrections import Corrections, read_corrections
 from plica.video.files.recording import Recording, Region
 from plica.video.glottis.candidates import Prior
 from plica.video.glottis.frame_segmentation import Glottis, segment
@@ -42,6 +43,7 @@ __all__ = [
     "PRESETS",
     "Analysis",
     "Comparison",
+    "Corrections",
     "FlowOptions",
     "GlottalArea",
     "Glottis",
@@ -69,6 +71,7 @@ __all__ = [
     "masks",
     "measures",
     "phases",
+    "read_corrections",
     "read_flow",
     "read_masks",
     "segment",

@@ -20,15 +20,15 @@ from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer
 from plica.storage.stored import Stored
 from plica.video.chain import Chain
-from plica.video.checks import checked_masks, require_modes
+from plica.video.checks import corrected, drawn_masks, require_modes
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
+from plica.video.files.corrections import Corrections
 from plica.video.files.recording import Recording, Region
 from plica.video.files.recording_date import FileDate
 from plica.video.glottis.glottal_area import GlottalArea, read_area
 from plica.video.glottis.midline import Midline
 from plica.video.glottis.network import Network
-from plica.video.glottis.segmenter import read_masks
 from plica.video.glottis.vibrogram import vibrogram
 from plica.video.measures.area_cautions import WholeGlottis, doubts
 from plica.video.measures.frame_flags import flags
@@ -62,7 +62,7 @@ def analyse(
     directory: str | Path,
     settings: Settings | None = None,
     *,
-    masks: str | Path | Mapping[int, Mask] | None = None,
+    masks: str | Path | Corrections | Mapping[int, Mask] | None = None,
     until: str = "modes",
     progress: bool = True,
 ) -> Analysis:
@@ -74,10 +74,10 @@ def analyse(
         As for :meth:`Recording.open`.
     directory : str or Path
     settings : Settings, optional
-    masks : folder, or dict of frame to (h, w) bool, optional
+    masks : folder, Corrections, or dict of frame to (h, w) bool, optional
         The glottis as drawn by hand, for some frames: they are taken for those, and the others are found by
         what they show. May be given when the analysis is done: what depends on them is done again. They are
-        kept in the results, beside those drawn before; an empty dict drops all of them.
+        kept beside those drawn before; an empty dict drops all. `Corrections` correct settings, too.
     until : {"glottis", "modes"}
         The last step to do: "glottis" (masks, area, kymograms) or "modes", everything.
     progress : bool
@@ -92,7 +92,7 @@ def analyse(
     """
     if until not in _UNTIL:
         raise VideoError(f'Video: until = "{until}"; must be {one_of(_UNTIL)}.')
-    chosen = settings or Settings()
+    chosen = corrected(settings or Settings(), masks)
     recording = _open(source, chosen)
     if until == "modes" and recording.count < _FEWEST:
         raise VideoError(
@@ -100,6 +100,7 @@ def analyse(
             "glottis alone (plica glottis) fewer will do."
         )
     require_modes(chosen, recording)
+    drawn = None if masks is None else drawn_masks(masks, Path(source), recording)
     network = None if chosen.segmenter is None else Network(chosen.segmenter)
     where = Path(directory)
     where.mkdir(parents=True, exist_ok=True)
@@ -109,11 +110,10 @@ def analyse(
         if chosen.fps is None and recording.camera is not None:
             chosen = replace(chosen, fps=recording.camera.fps)
         chain = Chain(results, recording, chosen, network, shown=progress)
-        chain.check()  # before anything is dropped
+        chain.check(drawn)  # before anything is dropped
         results.claim(Path(source), recording, chosen)
-        if masks is not None:
-            drawn = masks if isinstance(masks, Mapping) else read_masks(Path(masks), recording.shape)
-            chain.correct(checked_masks(drawn, recording))
+        if drawn is not None:
+            chain.correct(drawn)
         chain.run(_UNTIL[until])
     return load(where)
 

@@ -52,16 +52,8 @@ __all__ = ["Chain"]
 T = TypeVar("T")
 Mask = npt.NDArray[np.bool_]
 
-_STEPS = (
-    "drift",
-    "glottis",
-    "sides",
-    "flow",
-    "trust",
-    "paths",
-    "modes",
-    "waves",
-)  # each stands on those before it
+_STEPS = ("drift", "glottis", "sides", "flow", "trust", "paths", "modes", "waves")
+"""Each stands on those before it."""
 _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
 _SAME_LINE = 1.0  # px; the flow is not found again for a midline that moves by less
 _SAME_DARK = 3.0  # grey levels; nor for a glottis that is darker or brighter by less
@@ -92,9 +84,17 @@ class Chain:
             if name not in self._results:
                 getattr(self, f"_{name}")()
 
-    def check(self) -> None:
-        """VideoError where the midline that was set has no glottis on one of its sides, if it is known."""
-        if self._settings.midline is not None and self._results.path.exists() and "glottis" in self._results:
+    def check(self, masks: Mapping[int, Mask] | None = None) -> None:
+        """Correct results that are there by these masks, before anything else of them is dropped.
+
+        VideoError, and nothing changed, where they do not tell how the glottis looks, or where the midline
+        that was set has no glottis on one of its sides, if that is known.
+        """
+        if not self._results.path.exists():
+            return
+        if masks and not self._results.outdated():
+            self.correct(masks)
+        if self._settings.midline is not None and "glottis" in self._results:
             self._require_both_sides(Midline.between(self._settings.midline))
 
     def correct(self, masks: Mapping[int, Mask]) -> None:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from plica.video.errors import VideoError
+from plica.video.files.corrections import VIEW, Corrections
 from plica.video.files.recording import Recording
+from plica.video.glottis.segmenter import read_masks
 from plica.video.settings import Settings
 
-__all__ = ["checked_masks", "require_modes"]
+__all__ = ["checked_masks", "corrected", "drawn_masks", "require_modes"]
 
 Mask = npt.NDArray[np.bool_]
 
@@ -40,3 +44,47 @@ def checked_masks(drawn: Mapping[int, Mask], recording: Recording) -> dict[int, 
             )
         found[int(index)] = np.asarray(mask)
     return found
+
+
+def corrected(settings: Settings, drawn: object) -> Settings:
+    """The settings with those that were corrected by hand, if what is drawn are `Corrections`.
+
+    VideoError where one of them is given already, or frames are turned or cut otherwise than when they were
+    corrected.
+    """
+    if not isinstance(drawn, Corrections):
+        return settings
+    for name, value in drawn.settings.items():
+        if (given := getattr(settings, name)) is not None:
+            raise VideoError(
+                f"Corrections: {drawn.name} has {name} = {_told(value)}, and {_told(given)} is given; must "
+                f"be one of the two. Leave --{name.replace('_', '-')} out, or undo it on the page."
+            )
+    for name in VIEW:
+        given, shown = getattr(settings, name), drawn.view[name]
+        if given != shown and name not in drawn.settings:
+            raise VideoError(
+                f"Corrections: {drawn.name} was drawn on frames with {name} = {_told(shown)}; must be "
+                f"{_told(given)}, as given. Give the options of the analysis that was corrected: the page "
+                "shows them."
+            )
+    return replace(settings, **drawn.settings)
+
+
+def drawn_masks(
+    drawn: str | Path | Corrections | Mapping[int, Mask], source: Path, recording: Recording
+) -> dict[int, Mask] | None:
+    """Masks drawn by hand, of a folder, of `Corrections` of this recording, or by frame; None where only
+    other things were corrected. VideoError where they do not fit."""
+    if isinstance(drawn, Corrections):
+        drawn.require(source, recording)
+        return checked_masks(drawn.masks, recording) if drawn.masks else None
+    return checked_masks(
+        drawn if isinstance(drawn, Mapping) else read_masks(Path(drawn), recording.shape), recording
+    )
+
+
+def _told(value: object) -> str:
+    if value is None:
+        return "not given"
+    return ", ".join(f"{part:g}" for part in value) if isinstance(value, tuple) else f"{value}"

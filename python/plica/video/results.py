@@ -107,7 +107,7 @@ class Results:
         earlier = f"Video: {self.path} is from an earlier version of plica; must be of this one. "
         if "scale" not in marks or "file_date" not in marks:
             raise VideoError(earlier + "Analyse the recording again in another directory.")
-        if self._outdated():
+        if self.outdated():
             raise VideoError(
                 earlier
                 + "Give its recording and its directory to the command again: masks drawn by hand are "
@@ -115,7 +115,7 @@ class Results:
             )
         return marks
 
-    def _outdated(self) -> set[str]:
+    def outdated(self) -> set[str]:
         """Groups of an earlier version, which :meth:`claim` drops, and all that stands on them: of one in
         which drift had no change of size, or outlines were of whole pixels."""
         if "drift" in self and self.shape("drift/motion")[1] < 4:
@@ -183,7 +183,7 @@ class Results:
         stale: set[str] = set()
         if self.path.exists():
             there = self._marks(*marks)
-            outdated = self._outdated()
+            outdated = self.outdated()
             if there == marks and not outdated:
                 return
             old = Settings.from_json(there["settings"])

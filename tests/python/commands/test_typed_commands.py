@@ -41,6 +41,7 @@ VIDEO_SESSION = (
     "plica glottis larynx.avi --fps 4000 -o analysis",
     "plica video larynx.avi --fps 4000 -o analysis",
     "plica report analysis --pdf",
+    "plica masks analysis --page correct.html",
     "plica masks analysis -o drawn",
     "plica video larynx.avi --fps 4000 -o analysis --masks drawn",
     'plica video larynx.avi --fps 4000 -o before --label "patient 12, before" --recorded 2026-03-01 --pdf',
@@ -91,6 +92,8 @@ NOT_RUN = {
     r"plica video (larynx.avi --from|day/\*.avi) .*": "a part, or many; video/test_tables.py has both",
     r"plica (masks analysis --frames|glottis larynx.avi -o analysis --masks|modes) .*": "need frame 120 and "
     "many cycles; video/glottis/test_frame_segmentation.py and video/motion/test_modes.py have them",
+    r"plica video larynx.avi .*-o analysis --corrections corrections.json": "needs what a browser saves; "
+    "video/test_corrections_browser.py has one",
     r"plica flow .* --truth .*": "needs a known flow; video/motion/test_flow.py has one",
     r"plica compare before after -o change --pdf": "as without --pdf; commands/test_compare.py has it",
 }
