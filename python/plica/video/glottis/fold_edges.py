@@ -12,7 +12,8 @@ other's. Between, contact moves as the edges come and go: a cubic in time, with 
 is the lesser of the edges' own where both go the same way, and none where they go against each other or one
 of them stands still, which stops the other. Or it rests where it mostly is, as far as the slits that are seen
 last and first have that place. Neither is seen: it is taken halfway between both, and may be off by as much,
-or by as far as it would go with the mean of their velocities, as two bodies alike do
+by as far as it would go with the mean of their velocities, as two bodies alike do, or by what the midline is
+nearer, where folds stop that meet on it
 (docs/recordings_method.md, "Edges of folds that touch").
 """
 
@@ -38,6 +39,7 @@ _OPEN = 0.5  # px: a narrower slit is none
 _ALONG = 2.0  # px, standard deviation of the blur along the midline of what is told of contact
 _SLOW = 0.1  # px a frame: folds that near each other by less do not say where they meet
 _STILL = 0.2  # of the other's speed: an edge that is slower stands still
+_STOPS = 0.7  # px from the midline, within which folds may stop on it
 _LATEST = 1.5  # frames from the last slit that is seen to contact, at most
 _BEYOND = 0.3  # of the swing: contact does not leave its ends by more
 
@@ -115,7 +117,7 @@ def _edges(along: Floats, width: Floats, centre: Floats, blur: float) -> FoldEdg
     width = np.where(opened, width, 0.0)
     moving, resting, carried = _contact(np.where(opened, slit_width(width, blur), 0.0), centre, opened)
     middle = np.where(opened, centre, (moving + resting) / 2)
-    doubts = np.stack([(moving - resting) / 2, carried - middle])
+    doubts = np.stack([(moving - resting) / 2, carried - middle, np.clip(-middle, -_STOPS, _STOPS)])
     most = np.take_along_axis(doubts, np.abs(doubts).argmax(axis=0)[None], axis=0)[0]
     doubt = np.where(opened, 0.0, most)
     return FoldEdges(along, width / 2 - middle, width / 2 + middle, opened, doubt)

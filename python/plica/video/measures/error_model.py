@@ -13,7 +13,6 @@ the fold's own:
                              d edge = c (halfway - darkest part), in any phase of the cycle
     border                   d edge = p, d area = p l     the outline is too wide or too narrow
     whole pixels             d edge = q / (1 + 4 e^2)     of exact masks alone: slits are rounded as one
-                             d area = (1/2 - frac(e + f)) l / sqrt(2 e)     where an edge runs along pixels
     midline                  d area left = -m l, d area right = m l
     contact                  d edge left = -k, d edge right = k     where the folds touch, by how it moves
     instants                 area(t + u), area(t + v)     on the rise and the fall: between two frames
@@ -206,9 +205,8 @@ def _with_errors(
         wider = np.full(opened.size, _BORDER * sign[f"{side} border"])
         if errors.added is None:
             wider += _ROUNDED * sign[f"{side} pixels"] / (1 + 4 * np.square(half))
-        alike = wider + _rounded_alike(half, place[f"{side} pixels"]) * apart
-        total, outline = total + alike * opened, outline + alike * opened
-        parts[side] += (alike + right * _MIDLINE * sign["midline"]) * opened
+        total, outline = total + wider * opened, outline + wider * opened
+        parts[side] += (wider + right * _MIDLINE * sign["midline"]) * opened
         parts[f"{side}_edge"] += (wider + (_ALL_ALONG - _BORDER) * sign[f"{side} border"]) * apart
         if estimate.sides.contact is not None:
             parts[f"{side}_edge"] += right * _between(_CONTACT, place["contact"]) * estimate.sides.contact
@@ -221,13 +219,6 @@ def _with_errors(
         _area(parts),
         estimate.length if errors.added is None else _lengthened(estimate, place["ends"]),
     )
-
-
-def _rounded_alike(half: Floats, offset: float) -> Floats:
-    """(frames) px, mean over an edge, a parabola `half` from the midline in its middle, of what rounding to
-    pixels `offset` from the midline does: the same where it runs along them, none where it crosses them."""
-    along = 1 / np.sqrt(np.maximum(2 * half, 1.0))
-    return np.asarray((0.5 - (half + offset) % 1) * along)
 
 
 def _with_steps(estimate: Estimate, frames: int, random: np.random.Generator) -> Estimate:
