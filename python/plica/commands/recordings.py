@@ -12,11 +12,24 @@ from plica.errors import InvalidInput, SolveFailed, StorageFailed
 if TYPE_CHECKING:
     from plica.video.analysis import Analysis
 
-__all__ = ["analyse_each", "folders_of", "is_newer"]
+__all__ = ["analyse_each", "folders_of", "is_newer", "outdated"]
+
+_ASKED_FOR = {
+    "report.pdf": "--pdf",
+    "area.wav": "--praat",
+    "recording.xlsx": "--xlsx",
+    "recording.mat": "--matlab",
+}
+"""Files that an option writes, which are not written again without it."""
 
 
 def analyse_each(
-    sources: Sequence[Path], output: Path, analysed: Callable[[Path, Path], Analysis], *, quiet: bool
+    sources: Sequence[Path],
+    output: Path,
+    analysed: Callable[[Path, Path], Analysis],
+    *,
+    quiet: bool,
+    workbook: bool = False,
 ) -> int:
     """Analyse each recording in a folder of its own, and write the table of all after each.
 
@@ -31,6 +44,8 @@ def analyse_each(
         The analysis of a recording in a folder.
     quiet : bool
         Print only errors.
+    workbook : bool
+        Also write the table as recordings.xlsx.
 
     Returns
     -------
@@ -40,11 +55,14 @@ def analyse_each(
     Raises
     ------
     InvalidInput
-        Where two recordings have one name.
+        Where two recordings have one name; for a workbook without openpyxl.
     """
-    from plica.storage.table import write_rows
+    from plica.storage.table import as_cells, write_rows
+    from plica.storage.workbook import Sheet, require_openpyxl, write_sheets
     from plica.video.report.table import row_of
 
+    if workbook:
+        require_openpyxl()
     rows: list[dict[str, object]] = []
     folders = folders_of(sources, output)
     table, failed = output / "recordings.csv", 0
@@ -61,6 +79,8 @@ def analyse_each(
             print(f"plica: {source}: {error}", file=sys.stderr)
         rows.append(row)
         write_rows(table, rows)  # after each: what was found is never lost
+        if workbook:
+            write_sheets(table.with_suffix(".xlsx"), {"Recordings": Sheet(*as_cells(rows))})
     if not quiet:
         print(f"written: {table}: {len(rows) - failed} recordings" + (f", {failed} failed" if failed else ""))
     return 2 if failed else 0
@@ -84,3 +104,12 @@ def is_newer(files: Sequence[Path], results: Path) -> bool:
     """Whether all of these files are there and were written after the results."""
     written = results.stat().st_mtime_ns
     return all(file.exists() and file.stat().st_mtime_ns > written for file in files)
+
+
+def outdated(directory: Path, results: Path) -> str:
+    """A caution of files with figures of earlier settings or masks, older than the results; empty where there
+    are none."""
+    there = [name for name in _ASKED_FOR if (directory / name).exists()]
+    old = [name for name in there if not is_newer([directory / name], results)]
+    again = " ".join(_ASKED_FOR[name] for name in old)
+    return f"{', '.join(old)} in {directory} of earlier settings; {again} writes anew." if old else ""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from plica.commands.arguments import add_command, add_pdf, add_threads, numbers, whole
 from plica.commands.masks import add_masks
 from plica.commands.output import measures_table
-from plica.commands.recordings import analyse_each, is_newer
+from plica.commands.recordings import analyse_each, is_newer, outdated
 from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -31,9 +31,13 @@ with its .cih or .cihx. Stores in DIR:
   waveforms.csv  one row per frame: glottal area left and right, phase, flags, drift, mode coefficients
   cycles.csv     one row per cycle: times, frequency, open quotient, area, amplitudes, phase
   folds.csv      one row per place along the midline: amplitude and phase of either fold, share of time open
+  measures.csv   one row per measure: value, unit, 95 % interval, spread, cycles, note, cautions, light, why
   measures.json  {name: {value, unit, spread, cycles, definition}}
+  light.json     the light, its reasons, and what was analysed; the tables have the light as a column
   report.html    images, waveforms, kymograms of images and flow, modes, strain, quality; a player
   report.pdf     with --pdf: the same on A4 (pip install 'plica[pdf]')
+  recording.xlsx with --xlsx: light, measures and tables, a sheet each (pip install 'plica[xlsx]')
+  recording.mat  with --matlab: the same as structs, and the settings (MATLAB 7.6 or later)
 
 The frame rate stored in a video file is nearly always the playback rate, so it is not used: give --fps, or
 times are in frames and frequencies in cycles per frame. .cine and .cih contain the rate of the camera, which
@@ -51,7 +55,8 @@ frames and their masks as pictures, and --masks reads those. The other frames ar
 in frames with hand-drawn masks; docs/recording_files.md describes its input and output.
 
 Several recordings are analysed one after the other with the same options, each in a folder of its name in
-DIR; DIR/recordings.csv has a row for each: its light and why, every measure with its interval, or the error.
+DIR; DIR/recordings.csv has a row for each: its light and why, every measure with its interval, or the error
+(with --xlsx recordings.xlsx too).
 Repeat the command to continue; what is done is not done again.
 
 Measures need three complete cycles. All frames must have the same size and depth (8 or 16 bits, or floats).
@@ -81,8 +86,8 @@ examples:
 
 _GLOTTIS_HELP = """\
 The part of plica video without flow: the endoscope's motion, the glottis in every frame, its area left and
-right, kymograms, measures. Writes results.h5, waveforms.csv, measures.json and report.html to DIR; plica
-video with the same settings continues from there.
+right, kymograms, measures. Writes results.h5, all tables of plica video and report.html to DIR; plica video
+with the same settings continues from there.
 
 examples:
   plica glottis larynx.avi --fps 4000 -o analysis
@@ -239,6 +244,10 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
     video.add_argument(
         "--praat", action="store_true", help="also area.wav and area.TextGrid, cycles and phases, for Praat"
     )
+    video.add_argument(
+        "--xlsx", action="store_true", help="also recording.xlsx, all tables (pip install 'plica[xlsx]')"
+    )
+    video.add_argument("--matlab", action="store_true", help="also recording.mat, all tables as structs")
     add_threads(video)
     video.add_argument("--quiet", action="store_true", help="no progress, no table; only errors and cautions")
     video.set_defaults(resumable=True)
@@ -330,7 +339,7 @@ def _all(
             shown(found)
         return found
 
-    return analyse_each(options.source, options.output, analysed, quiet=options.quiet)
+    return analyse_each(options.source, options.output, analysed, quiet=options.quiet, workbook=options.xlsx)
 
 
 def _analysed(
@@ -351,16 +360,21 @@ def _analysed(
     from plica.report.page import pdf_of, require_pdf
     from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
+    from plica.storage.workbook import require_openpyxl
     from plica.video.analysis import analyse
     from plica.video.files.corrections import read_corrections
+    from plica.video.light import light_of
+    from plica.video.matlab import write_matlab
     from plica.video.praat import write_praat
     from plica.video.report.page import write_report
-    from plica.video.report.verdict import light_of
     from plica.video.settings import Settings
     from plica.video.tables import write_tables
+    from plica.video.workbook import write_workbook
 
     if report and options.pdf:
         require_pdf()
+    if options.xlsx:
+        require_openpyxl()
     plica.set_threads(options.threads)
     settings = Settings(
         fps=options.fps,
@@ -392,11 +406,18 @@ def _analysed(
             progress=not options.quiet,
         )
         page = output / "report.html"
-        wanted = [page] if report else []
+        wanted = [output / "light.json"]
+        wanted += [page] if report else []
         wanted += [page.with_suffix(".pdf")] if report and options.pdf else []
         wanted += [output / "area.wav"] if options.praat else []
-        if printed or not wanted or not is_newer(wanted, found.path):
+        wanted += [output / "recording.xlsx"] if options.xlsx else []
+        wanted += [output / "recording.mat"] if options.matlab else []
+        if printed or not is_newer(wanted, found.path):
             write_tables(found)
+            if options.xlsx:
+                write_workbook(found)
+            if options.matlab:
+                write_matlab(found)
             if report:
                 with figures_shown(not options.quiet):
                     page = write_report(found)
@@ -404,6 +425,8 @@ def _analysed(
                     page = pdf_of(page)
             if options.praat:
                 write_praat(found)
+    if old := outdated(output, found.path):
+        print(f"plica: Caution: {old}", file=sys.stderr)
     if printed and not options.quiet:
         print(_table(found))
         if report:

@@ -11,10 +11,10 @@ from plica.storage.json_file import write_json
 __all__ = ["write_measures"]
 
 
-_RECORDING = "recording"  # key of the label and date; not the name of a measure
+_RECORDING = "recording"  # key of label, date and light; not the name of a measure
 
 
-def write_measures(measures: Measures, path: Path, recording: Mapping[str, str] | None = None) -> Path:
+def write_measures(measures: Measures, path: Path, recording: Mapping[str, object] | None = None) -> Path:
     """Write measures as JSON, ``{name: {value, unit, spread, cycles}}``.
 
     The spread is the standard deviation between cycles, not an accuracy. An entry of a run whose numerical
@@ -26,7 +26,7 @@ def write_measures(measures: Measures, path: Path, recording: Mapping[str, str] 
     ----------
     measures : Measures
     recording : mapping, optional
-        Label and date of the recording: an entry ``recording`` before the others.
+        Label, date and light of the recording: an entry ``recording`` before the others.
     path : Path
         Replaced atomically.
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from plica.storage.files import replaced
 
-__all__ = ["heading", "markdown_head", "markdown_row", "write_cells", "write_rows", "write_table"]
+__all__ = ["as_cells", "heading", "markdown_head", "markdown_row", "write_cells", "write_rows", "write_table"]
 
 
 def heading(name: str, unit: str) -> str:
@@ -42,8 +42,13 @@ def write_table(
 
 def write_rows(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
     """Write rows, a column for every name that any of them has. The file is replaced atomically."""
+    write_cells(path, *as_cells(rows))
+
+
+def as_cells(rows: Sequence[Mapping[str, object]]) -> tuple[list[str], list[list[object]]]:
+    """The names that any row has, and each row's cells under them; "" where it has none."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    write_cells(path, columns, [[row.get(name, "") for name in columns] for row in rows])
+    return columns, [[row.get(name, "") for name in columns] for row in rows]
 
 
 def write_cells(path: Path, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:

@@ -21,6 +21,7 @@ from plica.storage.files import only_writer
 from plica.storage.stored import Stored
 from plica.video.chain import Chain
 from plica.video.checks import corrected, drawn_masks, require_modes
+from plica.video.dataset import dataset_of
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
 from plica.video.files.corrections import Corrections
@@ -30,6 +31,7 @@ from plica.video.glottis.glottal_area import GlottalArea, read_area
 from plica.video.glottis.midline import Midline
 from plica.video.glottis.network import Network
 from plica.video.glottis.vibrogram import vibrogram
+from plica.video.light import light_of
 from plica.video.measures.area_cautions import WholeGlottis, doubts
 from plica.video.measures.frame_flags import flags
 from plica.video.measures.frame_sequence import FrameSequence, frame_sequence
@@ -472,19 +474,11 @@ class Analysis:
         return Named(f"Analysis {self.directory}", units)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The waveforms as a data set over ``time`` (and ``mode``, from 1 on)."""
-        import xarray
-
-        units = self.units
-        variables = {
-            name: (("time", "mode")[: values.ndim], values, {"units": units[name]})
-            for name, values in self.waveforms.items()
-            if name != "time"
-        }
-        coordinates: dict[str, Any] = {"time": ("time", self.time, {"units": units["time"]})}
-        if self.complete:
-            coordinates["mode"] = np.arange(1, self["modes/share"].size + 1)
-        return xarray.Dataset(variables, coordinates, {"source": str(self.source)})
+        """The waveforms as a data set over ``time`` (and ``mode``, from 1 on). Its attributes have the light,
+        green, amber or red, and why; ``to_netcdf`` of xarray keeps them."""
+        light = light_of(self)
+        said = {"source": str(self.source), "light": light.shown, "light_reasons": light.said}
+        return dataset_of(self.waveforms, self.units, said)
 
 
 def _open(source: str | Path, settings: Settings, scale: tuple[float, float] | None = None) -> Recording:

@@ -11,6 +11,7 @@ import numpy as np
 from plica.storage.files import replaced, write_text
 from plica.video.analysis import Analysis
 from plica.video.errors import VideoError
+from plica.video.light import light_of
 from plica.video.measures.waveforms import counted
 
 __all__ = ["write_praat"]
@@ -22,7 +23,8 @@ def write_praat(found: Analysis) -> tuple[Path, Path]:
     """Write area.wav and area.TextGrid; returns both.
 
     The sound has a sample a frame, from 0 (no area) to 1 (the largest). The TextGrid has the tiers "cycles",
-    by number, and "phase": closed, opening, open, closing.
+    by number, "phase": closed, opening, open, closing, and "light": green, amber or red, and why. A sound has
+    no place for the light.
 
     Raises
     ------
@@ -50,7 +52,9 @@ def write_praat(found: Analysis) -> tuple[Path, Path]:
         length = len(list(group))
         phases.append((frame / rate, (frame + length) / rate, name))
         frame += length
-    text = text_grid(end, {"cycles": cycles, "phase": phases})
+    light = light_of(found)
+    whole = [(0.0, end, f"{light.shown}: {light.said}")]
+    text = text_grid(end, {"cycles": cycles, "phase": phases, "light": whole})
     write_text(text, paths[1])
     return paths
 
@@ -82,9 +86,14 @@ def text_grid(end: float, tiers: dict[str, Intervals]) -> str:
                 f"        intervals [{k}]:",
                 f"            xmin = {low!r}",
                 f"            xmax = {high!r}",
-                f'            text = "{text}"',
+                f'            text = "{_quoted(text)}"',
             ]
     return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    """A text as it stands between quotation marks."""
+    return text.replace('"', '""')
 
 
 def _covering(end: float, intervals: Intervals) -> list[tuple[float, float, str]]:

@@ -1,48 +1,169 @@
-"""The tables of an analysis: a row a frame, a row a cycle, a row a place along the folds; its measures."""
+"""The tables of an analysis: its measures; a row a frame, a row a cycle, a row a place along the folds.
+
+Each is made here once, and written as CSV, as a sheet of a workbook (`plica.video.workbook`) and as a struct
+for MATLAB (`plica.video.matlab`).
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from plica._engine import build_info
 from plica.measures.file import write_measures
 from plica.measures.glottal import cycle_quotients
 from plica.measures.sides import amplitudes, crest_lags
+from plica.storage.json_file import write_json
 from plica.storage.table import heading, write_table
 from plica.video.analysis import Analysis
+from plica.video.light import light_of
 from plica.video.measures.waveforms import counted, edge_error
 
-__all__ = ["cycles_table", "folds_table", "write_tables"]
+__all__ = ["Column", "about", "cycles_table", "folds_table", "tables_of", "write_tables"]
 
 Columns = dict[str, npt.NDArray[np.float64]]
 
 
+class Column(NamedTuple):
+    """A column of a table; the unit is "" or "1" of words and pure numbers."""
+
+    name: str
+    unit: str
+    values: npt.NDArray[Any]
+
+    @property
+    def heading(self) -> str:
+        """The name with its unit."""
+        return heading(self.name, self.unit)
+
+
 def write_tables(found: Analysis) -> None:
-    """waveforms.csv, a row a frame, cycles.csv, folds.csv and measures.json; all with label and day, where
-    these are known. Without cycles there is no row in cycles.csv and folds.csv."""
-    units, columns = found.units, {}
-    for name, values in found.waveforms.items():
-        if values.ndim == 1:
-            columns[heading(name, units[name])] = values
-            continue
-        for k, part in enumerate(values.T, start=1):
-            columns[heading(f"{name}_{k}", units[name])] = part
-    write_table(found.directory / "waveforms.csv", columns, found.described)
-    write_table(found.directory / "cycles.csv", cycles_table(found), found.described)
-    write_table(found.directory / "folds.csv", folds_table(found), found.described)
-    write_measures(found.measures, found.directory / "measures.json", found.described)
+    """measures.csv, cycles.csv, folds.csv and waveforms.csv, a row a frame; measures.json and light.json.
+
+    All have the light: the CSV files in a column, and measures.csv also why, and the recording's name. The
+    others have label and day, where these are known. Without cycles cycles.csv and folds.csv have no row.
+    """
+    light = light_of(found)
+    for name, table in tables_of(found).items():
+        columns = {column.heading: column.values for column in table}
+        said = {"light": light.shown}
+        if name == "measures":
+            said |= {"light_reasons": light.said, "recording": found.label}
+        rows = table[0].values.size
+        columns |= {one: np.full(rows, text, object) for one, text in said.items()}
+        comments = {} if name == "measures" else found.described
+        write_table(found.directory / f"{name}.csv", columns, comments)
+    reasons = list(light.reasons)
+    recording: dict[str, object] = {**found.described, "light": light.shown, "light_reasons": reasons}
+    write_measures(found.measures, found.directory / "measures.json", recording)
+    content = {"light": light.shown, "reasons": reasons, "recording": about(found)}
+    write_json(content, found.directory / "light.json")
+
+
+def tables_of(found: Analysis) -> dict[str, Sequence[Column]]:
+    """Measures, cycles, folds and waveforms."""
+    return {
+        "measures": _measures(found),
+        "cycles": _cycles(found),
+        "folds": _folds(found),
+        "waveforms": _waveforms(found),
+    }
+
+
+def about(found: Analysis) -> dict[str, str | int | float | None]:
+    """What was analysed: file, label, frames, scale and part; None for what is not known."""
+    settings, first = found.settings, found.settings.first or 0
+    x, y, width, height = settings.region or (None, None, None, None)
+    return {
+        "file": found.source.name,
+        "label": settings.label,
+        "recorded": found.recorded or None,
+        "frames": found.count,
+        "first_frame": first,
+        "last_frame": first + found.count - 1,
+        "region_x_px": x,
+        "region_y_px": y,
+        "region_width_px": width,
+        "region_height_px": height,
+        "rotation_deg": settings.rotation,
+        "frames_per_second": settings.fps,
+        "mm_per_px": settings.mm_per_px,
+        "unit_of_time": found.scale.time,
+        "unit_of_length": found.scale.length,
+        "left_is": found.side("left"),
+        "right_is": found.side("right"),
+        "masks_drawn_by_hand": len(found.drawn),
+        "plica_version": build_info()["version"],
+    }
 
 
 def cycles_table(found: Analysis) -> Columns:
     """Each cycle of the glottal area, by the heading of its column: when it begins and ends, what its area
     and its edges do, and whether measures are taken over it (1 or 0). By the outline halfway to the tissue,
     with the slits that blur hides."""
+    return _by_heading(_cycles(found))
+
+
+def folds_table(found: Analysis) -> Columns:
+    """Both folds along the midline, by the heading of the column: amplitude of each fold's edge, its phase
+    behind the glottal area, and for which share of the time the glottis is open there; means over cycles.
+
+    Places are shares of the midline's length from its upper end. A phase is not a number where a fold moves
+    by less than edges are placed to.
+    """
+    return _by_heading(_folds(found))
+
+
+def _by_heading(table: Sequence[Column]) -> Columns:
+    return {column.heading: column.values for column in table}
+
+
+def _measures(found: Analysis) -> list[Column]:
+    """A row a measure, in the units of `Analysis.measures`; of one that is not known the note has why."""
+    items = list(found.measures.values())
+    ends = [item.interval or (None, None) for item in items]
+
+    def words(values: Sequence[str]) -> npt.NDArray[np.object_]:
+        return np.array(values, dtype=object)
+
+    def numbers(values: Sequence[float | None]) -> npt.NDArray[np.float64]:
+        return np.array([np.nan if value is None else value for value in values], dtype=float)
+
+    return [
+        Column("name", "", words([item.name for item in items])),
+        Column("label", "", words([item.quantity.label for item in items])),
+        Column("symbol", "", words([item.quantity.symbol for item in items])),
+        Column("value", "", numbers([item.value for item in items])),
+        Column("unit", "", words([item.unit for item in items])),
+        Column("low", "", numbers([low for low, _ in ends])),
+        Column("high", "", numbers([high for _, high in ends])),
+        Column("spread", "", numbers([item.spread for item in items])),
+        Column("cycles", "", np.array([item.cycles for item in items], dtype=int)),
+        Column("note", "", words([item.note for item in items])),
+        Column("cautions", "", words(["; ".join(item.cautions) for item in items])),
+    ]
+
+
+def _waveforms(found: Analysis) -> list[Column]:
+    units, columns = found.units, []
+    for name, values in found.waveforms.items():
+        if values.ndim == 1:
+            columns.append(Column(name, units[name], values))
+            continue
+        columns += [Column(f"{name}_{k}", units[name], part) for k, part in enumerate(values.T, start=1)]
+    return columns
+
+
+def _cycles(found: Analysis) -> list[Column]:
     cycles, time, scale = found.cycles, found.time, found.scale
     area = counted(found.area).filled()
     size = found.pixel
     total, left, right = size**2 * area.total, size * area.left_edge, size * area.right_edge
     parts = cycles.samples(time)
-    columns = {
+    columns: dict[tuple[str, str], npt.NDArray[Any]] = {
         ("start", "s"): cycles.starts[:-1],
         ("end", "s"): cycles.starts[1:],
         ("frequency", "Hz"): 1 / cycles.periods,
@@ -56,16 +177,10 @@ def cycles_table(found: Analysis) -> Columns:
     }
     if not cycles.count:
         columns = {name: np.zeros(0) for name in columns}
-    return {heading(name, scale.unit(unit)): values for (name, unit), values in columns.items()}
+    return [Column(name, scale.unit(unit), values) for (name, unit), values in columns.items()]
 
 
-def folds_table(found: Analysis) -> Columns:
-    """Both folds along the midline, by the heading of the column: amplitude of each fold's edge, its phase
-    behind the glottal area, and for which share of the time the glottis is open there; means over cycles.
-
-    Places are shares of the midline's length from its upper end. A phase is not a number where a fold moves
-    by less than edges are placed to.
-    """
+def _folds(found: Analysis) -> list[Column]:
     cycles, time = found.cycles, found.time
     edges = found.vibrogram
     count = edges.shape[1]
@@ -89,13 +204,13 @@ def folds_table(found: Analysis) -> Columns:
                 if lags.size:
                     rows[place, 2 + side] = np.angle(np.mean(np.exp(1j * lags)))
         rows[place, 4] = np.mean((left + right)[inside] > 1e-9)
-    unit = found.scale.unit
-    columns = {
-        "place": (np.arange(count) + 0.5) / count,
-        heading("amplitude_left", unit("m")): found.pixel * rows[:, 0],
-        heading("amplitude_right", unit("m")): found.pixel * rows[:, 1],
-        "phase_left (rad)": rows[:, 2],
-        "phase_right (rad)": rows[:, 3],
-        "open_share": rows[:, 4],
-    }
-    return columns if cycles.count else {name: values[:0] for name, values in columns.items()}
+    rows = rows if cycles.count else rows[:0]
+    length = found.scale.unit("m")
+    return [
+        Column("place", "1", (np.arange(len(rows)) + 0.5) / count),
+        Column("amplitude_left", length, found.pixel * rows[:, 0]),
+        Column("amplitude_right", length, found.pixel * rows[:, 1]),
+        Column("phase_left", "rad", rows[:, 2]),
+        Column("phase_right", "rad", rows[:, 3]),
+        Column("open_share", "1", rows[:, 4]),
+    ]

@@ -12,9 +12,9 @@ from scipy import ndimage
 from plica.measures.measure import Measure, whole
 from plica.report.wording import tables
 from plica.video.analysis import analyse
+from plica.video.light import light_of
 from plica.video.report.page import write_report
 from plica.video.report.summary import Recorded, summary
-from plica.video.report.verdict import light_of
 from plica.video.settings import Settings
 
 

@@ -130,9 +130,9 @@ def test_several_recordings_have_a_folder_each_and_one_table(
     assert [Path(row["recording"]).name for row in rows] == ["a.npy", "c.npy", "b.npy"]
     assert rows[1]["error"]
     assert rows[0]["light"] in ("green", "amber", "red")
-    assert rows[0]["reasons"]
+    assert rows[0]["light_reasons"]
     assert float(rows[0]["fundamental_frequency (Hz)"]) == pytest.approx(200, rel=0.02)
-    assert rows[0]["amplitude_left low"] < rows[0]["amplitude_left high"]
+    assert float(rows[0]["amplitude_left low (px)"]) < float(rows[0]["amplitude_left high (px)"])
 
     page = tmp_path / "out" / "a" / "report.html"
     written = page.stat().st_mtime_ns

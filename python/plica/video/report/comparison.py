@@ -15,8 +15,8 @@ from plica.measures.catalogue import CATALOGUE, names
 from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measures
 from plica.video.analysis import Analysis, load
+from plica.video.light import light_of
 from plica.video.measures.waveforms import measures
-from plica.video.report.verdict import light_of
 
 __all__ = ["Comparison", "compare"]
 

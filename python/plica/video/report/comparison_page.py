@@ -7,9 +7,9 @@ import shlex
 from plica.report.comparison import Sheet
 from plica.video.analysis import Analysis
 from plica.video.errors import VideoError
+from plica.video.light import light_of
 from plica.video.report.comparison import Comparison
 from plica.video.report.comparison_figures import sections
-from plica.video.report.verdict import light_of
 
 __all__ = ["sheet_of"]
 

@@ -17,9 +17,9 @@ from plica.report.page import render
 from plica.report.wording import numbered, tables
 from plica.storage.files import write_text
 from plica.video.analysis import Analysis
+from plica.video.light import light_of
 from plica.video.report.figures import lead, sections
 from plica.video.report.summary import summary
-from plica.video.report.verdict import light_of
 from plica.video.settings import Settings
 
 __all__ = ["running", "write_report"]

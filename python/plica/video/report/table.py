@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from plica.storage.table import heading
 from plica.video.analysis import Analysis
-from plica.video.report.verdict import light_of
+from plica.video.light import light_of
 
 __all__ = ["row_of"]
 
@@ -12,15 +12,15 @@ __all__ = ["row_of"]
 def row_of(found: Analysis) -> dict[str, object]:
     """What one recording has, by the heading of its column.
 
-    A measure has the unit that people read it in, and two columns more for the ends of its interval; one that
-    is not known is left out.
+    A measure has the unit that people read it in, and two columns more for the ends of its interval, in that
+    unit; one that is not known is left out.
     """
     light = light_of(found)
     row: dict[str, object] = {
         **found.described,
         "frames": found.count,
         "light": light.shown,
-        "reasons": light.said.strip(),
+        "light_reasons": light.said.strip(),
     }
     for item in found.measures.values():
         if item.value is None:
@@ -29,5 +29,6 @@ def row_of(found: Analysis) -> dict[str, object]:
         row[heading(item.name, unit)] = factor * item.value
         if item.interval is not None:
             low, high = item.interval
-            row[f"{item.name} low"], row[f"{item.name} high"] = factor * low, factor * high
+            row[heading(f"{item.name} low", unit)] = factor * low
+            row[heading(f"{item.name} high", unit)] = factor * high
     return row

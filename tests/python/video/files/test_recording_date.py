@@ -111,10 +111,9 @@ def test_label_and_day_are_in_page_and_tables_and_are_kept(tmp_path: Path) -> No
     page = (where / "report.html").read_text(encoding="utf-8")
     assert "<h1>a.tif</h1>" in page
     assert "recorded 2024-05-06 (by the file&#39;s DateTime)" in page
-    assert json.loads((where / "measures.json").read_text())["recording"] == {
-        "recorded": "2024-05-06",
-        "recorded_by": "DateTime",
-    }
+    told = json.loads((where / "measures.json").read_text())["recording"]
+    assert set(told) == {"recorded", "recorded_by", "light", "light_reasons"}
+    assert (told["recorded"], told["recorded_by"]) == ("2024-05-06", "DateTime")
     assert main([*command, "--label", "patient 12, <before>", "--recorded", "2026-03-01"]) == 0
     assert main(command) == 0  # what was said stays
     found = load(where)
@@ -134,5 +133,6 @@ def test_what_is_not_known_is_not_shown(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", SyntheticGlottis(_OPTIONS).stack())
     assert main(["glottis", str(tmp_path / "a.npy"), "-o", str(tmp_path / "a"), "--no-drift", "--quiet"]) == 0
     assert "recorded" not in (tmp_path / "a" / "report.html").read_text(encoding="utf-8")
-    assert "recording" not in json.loads((tmp_path / "a" / "measures.json").read_text())
+    told = json.loads((tmp_path / "a" / "measures.json").read_text())["recording"]
+    assert set(told) == {"light", "light_reasons"}
     assert (tmp_path / "a" / "waveforms.csv").read_text().startswith("time")

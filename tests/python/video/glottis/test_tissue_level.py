@@ -15,9 +15,9 @@ from plica.video.glottis.midline import Midline
 from plica.video.glottis.segmenter import Look
 from plica.video.glottis.tissue_level import pixel_levels
 from plica.video.glottis.vibrogram import vibrogram
+from plica.video.light import light_of
 from plica.video.measures.area_cautions import WholeGlottis, doubts
 from plica.video.measures.waveforms import measures
-from plica.video.report.verdict import light_of
 from plica.video.settings import Settings
 
 _BASE = Synthetic(height=128, width=128, frames=90, frequency=0.0613, highlights=2)

@@ -11,8 +11,8 @@ from scipy import ndimage
 
 from plica.measures.measure import Measure, whole
 from plica.video.analysis import Analysis, analyse
+from plica.video.light import light_of
 from plica.video.measures.lateral_light import by_light, cautioned, is_lateral, is_shaded
-from plica.video.report.verdict import light_of
 from plica.video.settings import Settings
 
 _FRAMES, _PERIOD, _SIZE = 76, 16.37, 72

@@ -1,21 +1,63 @@
-"""The light at the head of a recording's report: green, amber or red, with the reasons in words."""
+"""The light of a recording, which all that leaves an analysis has: green, amber or red, and why, in words."""
 
 from __future__ import annotations
 
 from collections import Counter
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
-from plica.video.analysis import Analysis
+from plica.measures.cycles import Cycles
+from plica.measures.measure import Measures
 from plica.video.measures.frame_flags import in_doubt, lit
 from plica.video.measures.lateral_light import is_lateral, is_shaded
+from plica.video.motion.edge_agreement import EdgeAgreement
 
-__all__ = ["Light", "light_of"]
+__all__ = ["Judged", "Light", "light_of"]
 
 _RANKED = ("good", "fair", "bad")
 _SHOWN = {"good": "green", "fair": "amber", "bad": "red"}
 _FOLLOWS = 0.7  # correlation with the edges' way, below which the flow does not follow the folds
+
+
+class Judged(Protocol):
+    """What of an analysis (`plica.video.Analysis`) tells its light."""
+
+    @property
+    def count(self) -> int:
+        """Frames."""
+
+    @property
+    def flags(self) -> list[str]:
+        """Of each frame."""
+
+    @property
+    def doubts(self) -> list[str]:
+        """What speaks against the whole recording."""
+
+    @property
+    def measures(self) -> Measures:
+        """With their cautions."""
+
+    @property
+    def cycles(self) -> Cycles:
+        """Of the glottal area."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether the flow is there."""
+
+    @property
+    def brightness(self) -> npt.NDArray[np.float64]:
+        """(frames - 1) share by which the light makes the next frame brighter."""
+
+    @property
+    def edges(self) -> EdgeAgreement:
+        """The flow beside the folds' edges."""
+
+    def __getitem__(self, name: str) -> Any:
+        """A data set of results.h5."""
 
 
 class Light(NamedTuple):
@@ -35,7 +77,7 @@ class Light(NamedTuple):
         return " ".join(self.reasons)
 
 
-def light_of(found: Analysis) -> Light:
+def light_of(found: Judged) -> Light:
     """Of the flags of all frames, the doubts about the area, the cycles, and the flow where it was found."""
     reasons = [*_of_frames(found), *_of_voice(found), *(_of_motion(found) if found.complete else [])]
     if not found.complete:
@@ -45,7 +87,7 @@ def light_of(found: Analysis) -> Light:
     return Light(colour, tuple(text for _, text in ranked))
 
 
-def _of_frames(found: Analysis) -> list[tuple[str, str]]:
+def _of_frames(found: Judged) -> list[tuple[str, str]]:
     """Colours and sentences: of the frames in doubt."""
     doubtful = [flag for flag in found.flags if in_doubt(flag)]
     share = len(doubtful) / found.count
@@ -55,7 +97,7 @@ def _of_frames(found: Analysis) -> list[tuple[str, str]]:
     return [(colour, f"{len(doubtful)} of {found.count} frames are in doubt{': ' + why if why else ''}.")]
 
 
-def _of_voice(found: Analysis) -> list[tuple[str, str]]:
+def _of_voice(found: Judged) -> list[tuple[str, str]]:
     """The same of the glottal area and its cycles."""
     reasons = [("fair", f"{text[0].upper()}{text[1:]}.") for text in found.doubts]
     if is_shaded(found.measures.values()):
@@ -72,7 +114,7 @@ def _of_voice(found: Analysis) -> list[tuple[str, str]]:
     return reasons
 
 
-def _of_motion(found: Analysis) -> list[tuple[str, str]]:
+def _of_motion(found: Judged) -> list[tuple[str, str]]:
     """The same of the light of the frames and of the flow."""
     reasons = []
     if changes := sum(map(lit, found.flags)):
