@@ -13,6 +13,7 @@ from plica.commands.arguments import add_command, add_pdf, add_threads, numbers,
 from plica.commands.masks import add_masks
 from plica.commands.output import measures_table
 from plica.commands.recordings import analyse_each, is_newer, outdated
+from plica.commands.signals import add_signals, require_one_recording
 from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -45,8 +46,9 @@ is used unless --fps is given. Without --mm-per-px lengths are in pixels and rel
 Left and right are those of the image; the patient's side and the anterior end are never guessed: give
 --patient-left and --anterior. --label and --recorded set the name and date of the recording in the report.
 These six are stored with the results and may be given later, in the same directory; so may --midline,
---kymogram and --modes, which need little computation. To compare two analyses, e.g. before and after a
-treatment: plica compare.
+--kymogram and --modes, which need little computation, and the signals beside the picture: --audio and --egg
+(WAV) on the time of the frames, in the report, measures.csv and signals.csv; docs/recordings.md. To compare
+two analyses, e.g. before and after a treatment: plica compare.
 
 If an outline in the report is wrong, correct it: plica masks --page writes a page on which outlines, midline,
 region and scale are corrected in a browser, and --corrections reads what it saves; plica masks -o writes
@@ -76,6 +78,7 @@ examples:
   plica video day/*.avi --fps 4000 -o day                    day/NAME/ for each, and one table of all
   plica video frames/ --region 40,60,200,240 --rotation -12 -o analysis
   plica video larynx.avi --fps 4000 -o before --label "patient 12, before" --recorded 2026-03-01 --pdf
+  plica video larynx.avi --fps 4000 --audio voice.wav:1 --egg voice.wav:2 --sound-start 0.35 -o analysis
   plica video larynx.cine --segmenter glottis.onnx -o analysis
   plica video larynx.mp4 --preset fast --midline 120,40,118,210 -o quick
   plica masks analysis --page correct.html
@@ -217,6 +220,7 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
     video.add_argument(
         "--recorded", metavar="DATE", help="date of the recording, 2026-03-01 (default: from its file)"
     )
+    add_signals(video)
     drawn = video.add_mutually_exclusive_group()
     drawn.add_argument(
         "--masks", metavar="FOLDER", type=Path, help="hand-drawn masks (plica masks), added to earlier ones"
@@ -327,6 +331,7 @@ def _all(
             f"Corrections: {options.corrections} for {len(options.source)} recordings; must be for one. "
             "Give the recording that was corrected alone."
         )
+    require_one_recording(options)
     if len(options.source) == 1 and not options.table:
         found = _analysed(options, until, options.source[0], options.output, report=report)
         if shown is not None:
@@ -394,6 +399,10 @@ def _analysed(
         kymogram=options.kymogram,
         label=options.label,
         recorded=options.recorded,
+        audio=options.audio,
+        egg=options.egg,
+        sound_start=options.sound_start,
+        sync=options.sync,
     )
     drawn = options.masks if options.corrections is None else read_corrections(options.corrections)
     with storage_errors(output):

@@ -18,7 +18,7 @@ from plica.measures.scale import SI, Scale, shown_unit
 __all__ = ["CATALOGUE", "Quantity", "RecordedFrom", "Side", "Source", "names", "quantity"]
 
 Source = Literal["run", "video", "both"]
-RecordedFrom = Literal["", "record", "marks", "area", "edges", "midline", "motion"]
+RecordedFrom = Literal["", "record", "marks", "area", "edges", "midline", "motion", "signal"]
 Side = Literal["", "left", "right", "ratio", "difference"]
 
 closed_share = 0.05  # of a cycle's largest area, up to which the glottis is closed
@@ -60,9 +60,10 @@ class Quantity:
         The runs of which that is true.
     diagnostic : bool
         Whether it is of the accuracy of the solution or its effort, not of the voice; no headline either.
-    recorded_from : {"", "record", "marks", "area", "edges", "midline", "motion"}
+    recorded_from : {"", "record", "marks", "area", "edges", "midline", "motion", "signal"}
         What of a recording tells it: the record as such, not the voice; the marks at which cycles begin, the
-        glottal area, the folds' edges, the midline, the tissue's motion; empty for what only runs have.
+        glottal area, the folds' edges, the midline, the tissue's motion, a signal beside the picture; empty
+        for what only runs have.
     side : {"", "left", "right", "ratio", "difference"}
         The fold it is of, or how it compares both: a ratio is 1 and a difference 0 where they move alike.
     extreme : bool
@@ -120,6 +121,7 @@ _SIDE = (
     "midline"
 )
 _SHARE = (0.0, 1.0)
+_OVER_AREA = "over the latter, in the time that both have; no interval: chance is in the note"
 _FOLDS: tuple[Side, Side] = ("left", "right")
 _WITHOUT = "or, if there are no cycles, in the whole run (in its last third where pulses are no periods)"
 _COLLISION = "over the collisions of the steady cycles or, if there are none, of the whole run"
@@ -134,6 +136,7 @@ _motion = partial(Quantity, group="Motion of the tissue", source="video")
 _glottis = partial(Quantity, group="Glottis", source="both")
 _video_glottis = partial(Quantity, group="Glottis", source="video")
 _perturbation = partial(Quantity, group="Perturbation", source="video")
+_signal = partial(Quantity, group="Sound and electroglottogram", source="video", recorded_from="signal")
 _airflow = partial(Quantity, group="Airflow", source="run")
 _contact = partial(Quantity, group="Contact", source="run")
 _energy = partial(Quantity, group="Energy", source="run")
@@ -513,6 +516,68 @@ _QUANTITIES = (
         bounds=(0.0, inf),
     ),
     _airflow("subglottal_pressure", "Subglottal pressure", "Pa", "of the scene"),
+    _signal(
+        "sound_frequency",
+        "Fundamental frequency of the sound",
+        "Hz",
+        "cycles of the sound's fundamental per time",
+        bounds=(0.0, inf),
+    ),
+    _signal(
+        "sound_frequency_difference",
+        "Frequency of the sound against the area's",
+        "1",
+        f"sound less glottal area {_OVER_AREA}",
+    ),
+    _signal(
+        "egg_frequency",
+        "Fundamental frequency of the EGG",
+        "Hz",
+        "cycles from closing peak to closing peak of the electroglottogram's slope, per time",
+        bounds=(0.0, inf),
+    ),
+    _signal(
+        "egg_frequency_difference",
+        "Frequency of the EGG against the area's",
+        "1",
+        f"electroglottogram less glottal area {_OVER_AREA}",
+    ),
+    _signal(
+        "egg_jitter",
+        "Jitter of the EGG (local)",
+        "1",
+        "mean difference of neighbouring periods over the mean period (Praat), from closing peak to closing "
+        "peak",
+        bounds=(0.0, inf),
+    ),
+    _signal(
+        "egg_contact_quotient_level",
+        "Contact quotient, dEGG peak to 3/7",
+        "1",
+        "from the closing peak of the electroglottogram's slope to where the signal falls through 3/7 of the "
+        "cycle's range, over the period (Howard, J. Voice 9, 1995); the interval has the scatter of cycles "
+        "alone",
+        symbol="CQ_3/7",
+        bounds=_SHARE,
+    ),
+    _signal(
+        "egg_contact_quotient_peaks",
+        "Contact quotient, dEGG peaks",
+        "1",
+        "from the closing to the opening peak of the electroglottogram's slope, over the period (Henrich et "
+        "al., J. Acoust. Soc. Am. 115, 2004), where both are single; the interval has the scatter of "
+        "cycles alone",
+        symbol="CQ_dEGG",
+        bounds=_SHARE,
+    ),
+    _signal(
+        "egg_closing_lag",
+        "Closing peak of the EGG behind the area's closing",
+        "s",
+        f"from where the area falls to {100 * closed_share:g} % of the cycle's largest (without closure to "
+        f"{100 * leak_level:g} % of its range) to the nearest closing peak; no interval, as the error of the "
+        "start of the signal is not known",
+    ),
     _airflow(
         "peak_flow",
         "Peak flow",

@@ -63,6 +63,14 @@ def perturbation_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[
     return found
 
 
+def jitter_of(name: str, cycles: Cycles) -> Measure:
+    """The jitter of cycles whose instants no frames limit, as the measure of this name."""
+    if not cycles.count or cycles.no_period:
+        return absent(name, cycles.no_period or cycles.note)
+    periods = cycles.used(cycles.periods)
+    return _relative(name, *local_perturbation(periods), float(np.nanmean(periods)), cycles)
+
+
 def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycles) -> Measure:
     cautions = [cycles.note] if cycles.note else []
     used = cycles.count - len(cycles.left_out)

@@ -25,7 +25,6 @@ from plica.video.dataset import dataset_of
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
 from plica.video.files.corrections import Corrections
-from plica.video.files.recording import Recording, Region
 from plica.video.files.recording_date import FileDate
 from plica.video.glottis.glottal_area import GlottalArea, read_area
 from plica.video.glottis.midline import Midline
@@ -44,8 +43,10 @@ from plica.video.motion.flow_origin import FlowOrigin
 from plica.video.motion.modes import Modes
 from plica.video.motion.mucosal_wave import Fundamental, why_unknown
 from plica.video.motion.trajectories import Paths
+from plica.video.opening import open_recording
 from plica.video.results import HINT, Results
 from plica.video.settings import Settings
+from plica.video.signals import Signals, renew_signals, signals_to_store, stored_signals
 
 if TYPE_CHECKING:
     import xarray
@@ -95,7 +96,7 @@ def analyse(
     if until not in _UNTIL:
         raise VideoError(f'Video: until = "{until}"; must be {one_of(_UNTIL)}.')
     chosen = corrected(settings or Settings(), masks)
-    recording = _open(source, chosen)
+    recording = open_recording(source, chosen)
     if until == "modes" and recording.count < _FEWEST:
         raise VideoError(
             f"Video: {source} has {recording.count} frames; must have {_FEWEST} or more for modes. For the "
@@ -113,7 +114,9 @@ def analyse(
             chosen = replace(chosen, fps=recording.camera.fps)
         chain = Chain(results, recording, chosen, network, shown=progress)
         chain.check(drawn)  # before anything is dropped
+        signals = signals_to_store(results, chosen, recording.count)
         results.claim(Path(source), recording, chosen)
+        renew_signals(results, signals)
         if drawn is not None:
             chain.correct(drawn)
         chain.run(_UNTIL[until])
@@ -322,7 +325,13 @@ class Analysis:
     @cached_property
     def measures(self) -> Measures:
         """In m where the size of a pixel is known, in Hz where the frame rate is; else in px and frames."""
-        return Measures([*self._of_area[0].values(), *self.wave_measures()], self.scale)
+        of_picture = [*self._of_area[0].values(), *self.wave_measures()]
+        return Measures(self.signals.beside(of_picture), self.scale)
+
+    @cached_property
+    def signals(self) -> Signals:
+        """Sound and electroglottogram beside the picture; empty where none was given."""
+        return Signals(stored_signals(self._results, self.settings), self.area, self.cycles, self.settings)
 
     @property
     def cycles(self) -> Cycles:
@@ -424,7 +433,7 @@ class Analysis:
 
     @cached_property
     def _steadied(self) -> Steadied:
-        recording = _open(self.source, self.settings, self._scale)
+        recording = open_recording(self.source, self.settings, self._scale)
         if recording.count != self.count:
             raise VideoError(
                 f"Video: {self.source} has {recording.count} frames; must have {self.count}, as when its "
@@ -479,15 +488,3 @@ class Analysis:
         light = light_of(self)
         said = {"source": str(self.source), "light": light.shown, "light_reasons": light.said}
         return dataset_of(self.waveforms, self.units, said)
-
-
-def _open(source: str | Path, settings: Settings, scale: tuple[float, float] | None = None) -> Recording:
-    return Recording.open(
-        source,
-        rotation=settings.rotation,
-        region=None if settings.region is None else Region(*settings.region),
-        dataset=settings.dataset,
-        scale=scale,
-        first=settings.first,
-        last=settings.last,
-    )

@@ -13,6 +13,7 @@ from plica.measures.measure import Measures
 from plica.video.measures.frame_flags import in_doubt, lit
 from plica.video.measures.lateral_light import is_lateral, is_shaded
 from plica.video.motion.edge_agreement import EdgeAgreement
+from plica.video.signals import Signals
 
 __all__ = ["Judged", "Light", "light_of"]
 
@@ -55,6 +56,10 @@ class Judged(Protocol):
     @property
     def edges(self) -> EdgeAgreement:
         """The flow beside the folds' edges."""
+
+    @property
+    def signals(self) -> Signals:
+        """Beside the picture."""
 
     def __getitem__(self, name: str) -> Any:
         """A data set of results.h5."""
@@ -99,7 +104,8 @@ def _of_frames(found: Judged) -> list[tuple[str, str]]:
 
 def _of_voice(found: Judged) -> list[tuple[str, str]]:
     """The same of the glottal area and its cycles."""
-    reasons = [("fair", f"{text[0].upper()}{text[1:]}.") for text in found.doubts]
+    doubts = [*found.doubts, *found.signals.doubts]
+    reasons = [("fair", f"{text[0].upper()}{text[1:]}.") for text in doubts]
     if is_shaded(found.measures.values()):
         cause = "Light from one side" if is_lateral(found["sides/brightness"]) else "The outline is not sharp"
         reasons.append(("fair", f"{cause}: see the cautions of phase and amplitude asymmetry."))

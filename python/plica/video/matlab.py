@@ -25,8 +25,9 @@ def write_matlab(found: Analysis) -> Path:
 
     ``light`` has colour, reasons (a cell each) and the recording; ``measures`` a struct for each measure:
     value, unit, interval, spread, cycles, label, symbol, note, cautions; ``cycles``, ``folds`` and
-    ``waveforms`` a column for each name (a matrix for the modes), and their ``units``; ``settings`` what it
-    was analysed with. A number that is not known is NaN, a setting that was not given [].
+    ``waveforms`` a column for each name (a matrix for the modes), and their ``units``, as ``signals`` where
+    there are some beside the picture; ``settings`` what it was analysed with. A number that is not known is
+    NaN, a setting that was not given [].
 
     Raises
     ------

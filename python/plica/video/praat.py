@@ -1,8 +1,9 @@
-"""What Praat opens: the glottal area as a sound, and its cycles and phases as a TextGrid beside it."""
+"""What Praat opens: the glottal area as a sound, its cycles and phases as a TextGrid, signals beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import groupby, pairwise
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from plica.video.analysis import Analysis
 from plica.video.errors import VideoError
 from plica.video.light import light_of
 from plica.video.measures.waveforms import counted
+from plica.video.settings import SIGNALS
 
 __all__ = ["write_praat"]
 
@@ -24,7 +26,8 @@ def write_praat(found: Analysis) -> tuple[Path, Path]:
 
     The sound has a sample a frame, from 0 (no area) to 1 (the largest). The TextGrid has the tiers "cycles",
     by number, "phase": closed, opening, open, closing, and "light": green, amber or red, and why. A sound has
-    no place for the light.
+    no place for the light. Signals beside the picture are written as audio.wav and egg.wav, as long as
+    area.wav and on its time, in which a frame lasts from its own instant to the next one's.
 
     Raises
     ------
@@ -43,6 +46,7 @@ def write_praat(found: Analysis) -> tuple[Path, Path]:
     sound = (area / max(float(area.max()), 1e-12)).astype(np.float32)
     paths = found.directory / "area.wav", found.directory / "area.TextGrid"
     replaced(paths[0], lambda draft: wavfile.write(draft, int(rate), sound))
+    _write_signals(found, rate)
     end = found.count / rate
     ends = pairwise(found.cycles.starts.tolist())
     cycles = [(low, high, str(number)) for number, (low, high) in enumerate(ends, 1)]
@@ -57,6 +61,25 @@ def write_praat(found: Analysis) -> tuple[Path, Path]:
     text = text_grid(end, {"cycles": cycles, "phase": phases, "light": whole})
     write_text(text, paths[1])
     return paths
+
+
+def _write_signals(found: Analysis, rate: float) -> None:
+    """Signals as Praat shows them beside the area: a sample stands in the middle of its time, as a frame
+    does, half a frame after its instant. What a signal does not cover is 0; none is louder than 1."""
+    from scipy.io import wavfile
+
+    for name in SIGNALS:
+        path = found.directory / f"{name}.wav"
+        part = found.signals.parts.get(name)
+        if part is None:
+            path.unlink(missing_ok=True)  # of a signal that was taken away
+            continue
+        whole = np.zeros(round(found.count * part.rate / rate), dtype=np.float32)
+        first = round((part.begin + 0.5 / rate) * part.rate - 0.5)
+        low, high = max(first, 0), min(first + part.values.size, whole.size)
+        loudest = max(float(np.abs(part.values).max()), 1.0)
+        whole[low:high] = part.values[low - first : high - first] / loudest
+        replaced(path, partial(wavfile.write, rate=int(part.rate), data=whole))
 
 
 def text_grid(end: float, tiers: dict[str, Intervals]) -> str:

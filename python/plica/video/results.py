@@ -33,12 +33,16 @@ HINT = "Copy it again from where it is whole, or analyse the recording again in 
 Mask = npt.NDArray[np.bool_]
 
 _CHANGES = {
-    "fps": (),
+    "fps": ("signals",),
     "mm_per_px": (),
     "anterior": (),
     "patient_left": (),
     "label": (),
     "recorded": (),
+    "audio": ("signals",),
+    "egg": ("signals",),
+    "sound_start": ("signals",),
+    "sync": ("signals",),
     "kymogram": ("sides", "waves"),
     "midline": ("sides", "flow", "trust", "paths", "modes", "waves"),
     "modes": ("modes",),
@@ -81,6 +85,12 @@ _UNITS = {
     "modes/coefficients": "px",
     "modes/round_trip": "px",
     "modes/variance": "px^2",
+    "signals/audio": "1: of full scale, or as in the file",
+    "signals/audio_rate": "Hz",
+    "signals/audio_begin": "s, from the first frame on",
+    "signals/egg": "1: of full scale, or as in the file",
+    "signals/egg_rate": "Hz",
+    "signals/egg_begin": "s, from the first frame on",
     "waves/displacement": "px: real and imaginary part; to the right, down",
     "waves/kymogram": "px to the right across the midline, to the next frame",
     "waves/strain": "1: real and imaginary part; across the midline, along it, shear",
@@ -122,6 +132,11 @@ class Results:
             return {"drift", "glottis", *_CHANGES["midline"]}
         whole = "glottis" in self and "glottis/coverage" not in self
         return {"glottis", *_CHANGES["midline"]} if whole else set()
+
+    @property
+    def signals_of(self) -> str:
+        """What the stored signals are of; empty without any."""
+        return self._marks("signals")["signals"] if "signals" in self else ""
 
     @property
     def flows(self) -> Path:

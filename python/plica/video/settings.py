@@ -13,11 +13,16 @@ import numpy as np
 from plica.errors import nearest, one_of
 from plica.video.errors import VideoError
 from plica.video.files.recording_date import told_date
+from plica.video.files.signal_file import Channel
 from plica.video.glottis.kymogram import check_places
 from plica.video.glottis.midline import Midline
 from plica.video.motion.flow import PRESETS
 
-__all__ = ["Settings"]
+__all__ = ["SIGNALS", "Settings"]
+
+SIGNALS = ("audio", "egg")
+"""Settings that name a signal beside the picture."""
+_NONE = "none"  # no signal any more
 
 _RANGES = {"fps": (1.0, 1e7), "mm_per_px": (1e-5, 10.0)}
 """Beyond any camera that films a larynx."""
@@ -28,9 +33,9 @@ _LONGEST = 120  # characters of a label: one line of the page
 class Settings:
     """What a recording is analysed with; None is unknown, or found.
 
-    The frame rate, the size of a pixel, the anterior end, the patient's left, the label and the day are said
-    of the recording and compute nothing; these, the midline, the kymograms and the modes may be given, or
-    changed, when the analysis is done.
+    The frame rate, the size of a pixel, the anterior end, the patient's left, the label, the day and signals
+    beside the picture are said of the recording and compute nothing of it; these, the midline, the kymograms
+    and the modes may be given, or changed, when the analysis is done.
 
     Raises
     ------
@@ -72,13 +77,29 @@ class Settings:
     """What whoever looks at it calls the recording, on its page and beside its figures; None: nothing."""
     recorded: str | None = None
     """Day on which it was recorded, 2026-03-01; None: as its file says, if it does."""
+    audio: str | None = None
+    """Sound beside the picture: FILE.wav, FILE.wav:CHANNEL, or :-CHANNEL to invert it; "none": none any more.
+    It needs a frame rate."""
+    egg: str | None = None
+    """Electroglottogram beside the picture, larger with more contact; as `audio`."""
+    sound_start: tuple[float, ...] | None = None
+    """s, time of the recording's first frame in the files of both signals, or in that of either; negative
+    where they begin after it. None: 0."""
+    sync: int | None = None
+    """Channel of the signals' files with one pulse at the first frame, from which `sound_start` counts."""
 
     def __post_init__(self) -> None:
         if self.segmenter is not None:
             if not isinstance(self.segmenter, str):
                 raise VideoError(f"Video: segmenter = {self.segmenter!r}; must be the path of an ONNX model.")
             object.__setattr__(self, "segmenter", str(Path(self.segmenter).resolve()))
-        for name, length in (("region", 4), ("midline", 4), ("kymogram", None)):
+        for name in SIGNALS:
+            told = getattr(self, name)
+            if told is not None and told != _NONE:
+                if not isinstance(told, str):
+                    raise VideoError(f"Video: {name} = {told!r}; must be FILE.wav or FILE.wav:CHANNEL.")
+                object.__setattr__(self, name, str(Channel.of(told)))
+        for name, length in (("region", 4), ("midline", 4), ("kymogram", None), ("sound_start", None)):
             values = getattr(self, name)
             if values is None:
                 continue
@@ -130,6 +151,10 @@ class Settings:
             raise VideoError(f"Video: modes = {self.modes!r}; must be a whole number, 1 or more.")
         if self.kymogram is not None:
             check_places(self.kymogram)
+        if self.sound_start is not None:
+            _check_start(self.sound_start)
+        if self.sync is not None and (not _is_whole(self.sync) or self.sync < 1):
+            raise VideoError(f"Video: sync = {self.sync!r}; must be a channel's number, 1 or more.")
         if self.label is not None:
             _check_label(self.label)
         if self.recorded is not None:
@@ -148,6 +173,17 @@ class Settings:
         return cls(**stored)
 
     @property
+    def signals(self) -> dict[str, str]:
+        """Signals beside the picture, by name."""
+        told = {name: getattr(self, name) for name in SIGNALS}
+        return {name: text for name, text in told.items() if text not in (None, _NONE)}
+
+    def start_of(self, name: str) -> float:
+        """s, time of the recording's first frame in the file of a signal, or after its pulse."""
+        starts = self.sound_start or (0.0,)
+        return starts[SIGNALS.index(name)] if len(starts) > 1 else starts[0]
+
+    @property
     def places(self) -> tuple[float, ...]:
         """Of the kymograms."""
         return self.kymogram or (0.25, 0.5, 0.75)
@@ -156,6 +192,16 @@ class Settings:
     def mode_count(self) -> int:
         """Principal modes."""
         return self.modes or 6
+
+
+def _check_start(starts: tuple[float, ...]) -> None:
+    """VideoError unless they are one time, or one for each signal."""
+    if len(starts) > len(SIGNALS) or not all(map(math.isfinite, starts)):
+        text = ",".join(f"{start:g}" for start in starts)
+        raise VideoError(
+            f"Video: sound_start = {text} s; must be one finite time, or two: of the sound, and of the "
+            "electroglottogram."
+        )
 
 
 def _check_label(label: object) -> None:

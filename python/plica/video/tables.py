@@ -7,6 +7,7 @@ for MATLAB (`plica.video.matlab`).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -41,13 +42,16 @@ class Column(NamedTuple):
 
 
 def write_tables(found: Analysis) -> None:
-    """measures.csv, cycles.csv, folds.csv and waveforms.csv, a row a frame; measures.json and light.json.
+    """measures.csv, cycles.csv, folds.csv and waveforms.csv, a row a frame; where there are signals beside
+    the picture signals.csv, a row a sample; measures.json and light.json.
 
     All have the light: the CSV files in a column, and measures.csv also why, and the recording's name. The
     others have label and day, where these are known. Without cycles cycles.csv and folds.csv have no row.
     """
-    light = light_of(found)
-    for name, table in tables_of(found).items():
+    light, tables = light_of(found), tables_of(found)
+    if "signals" not in tables:
+        (found.directory / "signals.csv").unlink(missing_ok=True)  # of signals that were taken away
+    for name, table in tables.items():
         columns = {column.heading: column.values for column in table}
         said = {"light": light.shown}
         if name == "measures":
@@ -64,13 +68,14 @@ def write_tables(found: Analysis) -> None:
 
 
 def tables_of(found: Analysis) -> dict[str, Sequence[Column]]:
-    """Measures, cycles, folds and waveforms."""
-    return {
+    """Measures, cycles, folds and waveforms, and signals where there are some."""
+    tables: dict[str, Sequence[Column]] = {
         "measures": _measures(found),
         "cycles": _cycles(found),
         "folds": _folds(found),
         "waveforms": _waveforms(found),
     }
+    return tables | ({"signals": _signals(found)} if found.signals.parts else {})
 
 
 def about(found: Analysis) -> dict[str, str | int | float | None]:
@@ -96,6 +101,7 @@ def about(found: Analysis) -> dict[str, str | int | float | None]:
         "left_is": found.side("left"),
         "right_is": found.side("right"),
         "masks_drawn_by_hand": len(found.drawn),
+        **{name: Path(text).name for name, text in settings.signals.items()},
         "plica_version": build_info()["version"],
     }
 
@@ -154,6 +160,26 @@ def _waveforms(found: Analysis) -> list[Column]:
             columns.append(Column(name, units[name], values))
             continue
         columns += [Column(f"{name}_{k}", units[name], part) for k, part in enumerate(values.T, start=1)]
+    return columns
+
+
+def _signals(found: Analysis) -> list[Column]:
+    """A row a sample, of the sound and the electroglottogram; each with a time of its own where their samples
+    are at other times, the shorter one then ending in cells without value."""
+    parts = found.signals.parts
+    one, *others = parts.values()
+    shared = all(
+        (part.rate, part.begin, part.values.size) == (one.rate, one.begin, one.values.size) for part in others
+    )
+    rows = max(part.values.size for part in parts.values())
+
+    def column(name: str, unit: str, values: npt.NDArray[np.float64]) -> Column:
+        return Column(name, unit, np.append(values, np.full(rows - values.size, np.nan)))
+
+    columns = [column("time", "s", one.time)] if shared else []
+    for name, part in parts.items():
+        columns += [] if shared else [column(f"{name}_time", "s", part.time)]
+        columns.append(column(name, "1", part.values))
     return columns
 
 

@@ -14,7 +14,8 @@ __all__ = ["write_workbook"]
 
 
 def write_workbook(found: Analysis) -> Path:
-    """Write recording.xlsx beside the results: the sheets Light, Measures, Cycles, Folds and Waveforms.
+    """Write recording.xlsx beside the results: the sheets Light, Measures, Cycles, Folds and Waveforms,
+    and Signals where there are some beside the picture.
 
     The light has each of its reasons in a row, and below them what was analysed. The others have the columns
     and the numbers of the CSV files; what is missing is an empty cell.

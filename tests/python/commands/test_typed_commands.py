@@ -94,6 +94,7 @@ NOT_RUN = {
     "many cycles; video/glottis/test_frame_segmentation.py and video/motion/test_modes.py have them",
     r"plica video larynx.avi .*-o analysis --corrections corrections.json": "needs what a browser saves; "
     "video/test_corrections_browser.py has one",
+    r"plica video larynx.avi .* --audio .*": "needs a sound; video/test_signals.py has one",
     r"plica flow .* --truth .*": "needs a known flow; video/motion/test_flow.py has one",
     r"plica compare before after -o change --pdf": "as without --pdf; commands/test_compare.py has it",
 }

@@ -15,6 +15,7 @@ from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.commands.output import MAIN_MEASURES, measures_table
 from plica.errors import InvalidInput
 from plica.measures.catalogue import CATALOGUE, quantity
+from plica.measures.cycles import Cycles
 from plica.measures.file import write_measures
 from plica.measures.measure import Measure, Measures, average, whole
 from plica.measures.run.folds import half_widths
@@ -23,8 +24,10 @@ from plica.measures.scale import Scale, shown_unit
 from plica.measures.waveforms import RECORDED, STORED
 from plica.report.wording import tables
 from plica.units import read_quantity
+from plica.video.files.signal_file import Signal
 from plica.video.glottis.glottal_area import GlottalArea
 from plica.video.glottis.midline import Midline
+from plica.video.measures.signal_measures import signal_measures
 from plica.video.measures.wave_measures import wave_measures
 from plica.video.measures.waveforms import measures
 from plica.video.motion.mucosal_wave import Fundamental
@@ -110,6 +113,8 @@ def test_every_quantity_is_measured_of_what_the_catalogue_says() -> None:
         Midline((4, 0), (4, 8)),
     )
     recorded |= {item.name for item in wave_measures(unseen, line, np.ones((9, 9), bool), 10.0, 1.0, 1.0)}
+    signal, none = Signal(np.zeros(100), 8000.0), Cycles(np.zeros(0), "none", "none", recorded=True)
+    recorded |= {item.name for item in signal_measures(signal, signal, np.zeros(9), none, 4e3).measures}
     for source, found in (("run", simulated), ("video", recorded)):
         assert found == {name for name, entry in CATALOGUE.items() if entry.source in (source, "both")}
 

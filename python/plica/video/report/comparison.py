@@ -73,7 +73,8 @@ class Comparison:
             doubts=found.doubts,
             band=(found["glottis/least"], found["glottis/largest"]),
         )
-        return Measures([*mirrored.values(), *found.wave_measures(mirrored=True)], found.scale)
+        of_picture = [*mirrored.values(), *found.wave_measures(mirrored=True)]
+        return Measures(found.signals.beside(of_picture), found.scale)
 
     @cached_property
     def changes(self) -> list[Change]:

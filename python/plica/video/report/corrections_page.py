@@ -25,7 +25,10 @@ from plica.video.settings import Settings
 
 __all__ = ["write_corrections_page"]
 
-_KEPT = ("fps", "mm_per_px", "anterior", "patient_left", "label", "recorded", "kymogram", "midline", "modes")
+_KEPT = (
+    *("fps", "mm_per_px", "anterior", "patient_left", "label", "recorded", "kymogram", "midline", "modes"),
+    *("audio", "egg", "sound_start", "sync"),
+)
 """Settings that a directory keeps where they are not given again."""
 _FLAGS = {"correct_drift": "--no-drift"}
 _OPTIONS = {"first": "--from", "last": "--to"}

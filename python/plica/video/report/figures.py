@@ -19,6 +19,7 @@ from plica.video.analysis import Analysis
 from plica.video.measures.waveforms import wide_share
 from plica.video.motion.trajectories import spacing
 from plica.video.report.pictures import cycle_poses, kymograms, paint_pose, row_height
+from plica.video.report.signal_figures import signal_drawings
 from plica.video.report.wave_figures import folds_box, over_tissue, wave_drawings
 
 __all__ = ["lead", "sections"]
@@ -36,14 +37,16 @@ def lead(found: Analysis) -> list[Drawing]:
 
 def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
     """Headings, each with its further figures; of the flow where it was found."""
-    glottis = ("Waveforms", [*_cycle(found), _vibrogram(found), _spectrum(found)])
+    glottis = [("Waveforms", [*_cycle(found), _vibrogram(found), _spectrum(found)])]
+    if drawings := signal_drawings(found):
+        glottis.append(("Sound and electroglottogram", drawings))
     if not found.complete:
-        return [glottis]
+        return glottis
     drawings = [_modes(found), _coefficients(found)]
     if found.paths.places.shape[1]:
         drawings.append(_paths(found))
     motion = ("Motion of the tissue", [*drawings, *wave_drawings(found)])
-    return [glottis, motion, ("Trust", [_trust(found), _confidence(found)])]
+    return [*glottis, motion, ("Trust", [_trust(found), _confidence(found)])]
 
 
 def _end(found: Analysis, name: str) -> str:

@@ -86,6 +86,7 @@ def _remark(found: Analysis) -> str:
     parts += _of_camera(found)
     if settings.segmenter:
         parts.append(f"glottis found by the network {Path(settings.segmenter).name}")
+    parts += found.signals.said
     if drawn:
         parts.append(f"masks drawn by hand: {len(drawn)}")
     return "; ".join(parts) + "."
