@@ -25,7 +25,7 @@ from plica.identify.observation.sources import open_motion
 from plica.scene.mesh.file import read_mesh
 from plica.storage import npz as module_npz
 from plica.video.errors import VideoError
-from plica.video.files import photron, sources, tiff_file
+from plica.video.files import limits, photron, sources, tiff_file, video_file
 from plica.video.files.image_file import read_image
 from plica.video.files.recording import Recording
 from plica.video.files.sources import open_source
@@ -276,7 +276,7 @@ def test_a_picture_larger_than_any_is_refused_before_it_is_decoded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
 ) -> None:
     path = picture_file(suffix, tmp_path)
-    for module in (tiff_file, sources):
+    for module in (limits, tiff_file, video_file):
         monkeypatch.setattr(module, "MOST_PIXELS", 1000)
     monkeypatch.setattr(sources, "read_pixels", None)
     with pytest.raises(VideoError, match=r"must (be|have) at most 1000 px"):

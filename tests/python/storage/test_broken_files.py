@@ -15,6 +15,7 @@ import plica
 from benchmarks.extremes.broken import broken
 from benchmarks.extremes.good_files import mesh_file, picture_file, scene_file
 from camera_files import cine, mraw
+from dicom_files import dicom, jpeg, rle
 from flow_files import fields, flow_file
 from plica.identify import Settings
 from plica.identify.model.pressures import _table
@@ -101,6 +102,9 @@ GIVEN: list[tuple[Callable[[Path], Path], Callable[[Path], Any]]] = [
     (lambda p: cine(p / "a.cine", FRAMES), frames),
     (lambda p: mraw(p / "a.cih", FRAMES), frames),
     (lambda p: mraw(p / "a.cihx", FRAMES), frames),
+    (lambda p: dicom(p / "a.dcm", FRAMES), frames),
+    (lambda p: jpeg(p / "a.dcm", FRAMES), frames),
+    (lambda p: rle(p / "a.dcm", FRAMES.astype(np.uint16), stored=12), frames),
     (lambda p: vectors(p / "a.flo"), read_flow),
     (lambda p: mesh_file(".msh", p, file_format="gmsh22", binary=False), mesh),
     (lambda p: mesh_file(".msh", p, file_format="gmsh22", binary=True), mesh),

@@ -1,15 +1,16 @@
-"""What a camera's own file says of its recording."""
+"""What a camera's own file, or a DICOM file, says of its recording."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 __all__ = ["Camera"]
 
 
 @dataclass(frozen=True)
 class Camera:
-    """What the file of a high-speed camera states; None: it does not say.
+    """What the file of a recording states; None: it does not say.
 
     Attributes
     ----------
@@ -19,8 +20,12 @@ class Camera:
         When it was recorded, as the file writes it.
     bits : int or None
         Depth of a pixel: its grey levels are 0 to 2^bits - 1.
+    unused : dict
+        What the file states and why it is not taken, a sentence for each setting ("fps", "mm_per_px") that
+        has to be given instead.
     """
 
     fps: float | None
     date: str | None
     bits: int | None
+    unused: Mapping[str, str] = field(default_factory=dict)

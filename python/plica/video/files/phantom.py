@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
+from plica.video.files.frame_times import even_step
 from plica.video.files.limits import MOST_FRAMES
 
 __all__ = ["Phantom"]
@@ -29,7 +30,6 @@ _GREY = 0  # Compression: of the file; others are JPEG and raw colour
 _TIMES = 1002  # tagged block
 _MOST_BLOCKS = 10_000
 _SAME_RATE = 0.01  # relative, of the set-up's rate and that of the pictures' times
-_SAME_STEP = 0.1  # of the median step, by which the pictures' times may go otherwise
 
 
 class Phantom:
@@ -116,7 +116,7 @@ class Phantom:
 
         `whole`: all that the camera took are in the file, so that both must agree.
         """
-        step = None if times is None else self._step(times)
+        step = None if times is None else even_step(self.name, times)
         if step is None or (stated and abs(1 / (step * stated) - 1) <= _SAME_RATE):
             return stated or None
         if stated and whole:
@@ -126,25 +126,6 @@ class Phantom:
                 "camera's program, and give the rate that is right (--fps)."
             )
         return 1 / step
-
-    def _step(self, times: npt.NDArray[np.float64]) -> float | None:
-        """s between frames; None where their times do not tell. VideoError where they are not equally far
-        apart."""
-        steps = np.diff(times)
-        if not steps.any():
-            return None
-        usual = float(np.median(steps))
-        gaps = np.flatnonzero(np.abs(steps - usual) > _SAME_STEP * abs(usual))
-        if gaps.size:
-            k = int(gaps[0])
-            more = f" (and {gaps.size - 1} more such gaps)" if gaps.size > 1 else ""
-            raise VideoError(
-                f"Recording: {self.name}: from frame {k}, at {times[k] - times[0]:.6g} s, to frame {k + 1} "
-                f"there are {steps[k]:.4g} s{more}; must be {usual:.4g} s as between the others, to 10 %. "
-                f"Cut the recording at the gap: store the frames up to {k}, and those from {k + 1} on, in "
-                "files of their own."
-            )
-        return usual if usual > 0 else None
 
     def _check_count(self, end: int) -> None:
         """`end`: of the table of the frames' places."""

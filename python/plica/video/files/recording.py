@@ -84,11 +84,11 @@ class Recording:
         first: int | None = None,
         last: int | None = None,
     ) -> Recording:
-        """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY; a camera's own .cine or
-        .mraw with .cih or .cihx. Reads every frame.
+        """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY; DICOM; a camera's own
+        .cine or .mraw with .cih or .cihx. Reads every frame.
 
         What a container says of the frame rate is nearly always the speed of playing it: it is not taken.
-        That of a camera's own file is (`camera`).
+        That of a camera's own file is (`camera`), and one of DICOM from 200 frames/s on.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Where frames come from: video files, TIFF stacks, folders of images, arrays in HDF5 and NPY files."""
+"""Where frames come from: files of video, TIFF, DICOM and cameras, folders of images, HDF5 and NPY arrays."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -20,12 +19,15 @@ from plica.storage.npz import NPY_ERRORS
 from plica.storage.stored import Stored
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
+from plica.video.files.dicom import open_dicom
+from plica.video.files.dicom_file import is_dicom
 from plica.video.files.grey import depth, to_grey
 from plica.video.files.image_file import PICTURES, is_picture, read_page, read_pixels
-from plica.video.files.limits import MOST_FRAMES, MOST_PIXELS
+from plica.video.files.limits import check
 from plica.video.files.phantom import Phantom
 from plica.video.files.photron import Photron
 from plica.video.files.tiff_file import count_pages, open_tiff
+from plica.video.files.video_file import Video
 
 __all__ = ["FrameSource", "Part", "open_source", "read"]
 
@@ -33,7 +35,6 @@ _VIDEO = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".wmv", ".web
 _TIFF = {".tif", ".tiff"}
 _HDF5 = {".h5", ".hdf5", ".mat"}
 _PHOTRON = {".mraw", ".cih", ".cihx"}
-_LEAST = 16  # px, of a side
 _AGAIN = "Copy it again from where it is whole"
 
 
@@ -96,11 +97,15 @@ def open_source(path: Path, dataset: str | None = None) -> FrameSource:
         return _checked(Phantom(path))
     if suffix in _PHOTRON:
         return _checked(Photron(path))
+    if suffix == ".dcm":
+        return open_dicom(path)
     if suffix == ".npy":
         return Arrays(path.name, _loaded(path))
     if suffix in PICTURES:
         raise VideoError(f"Recording: {path.name} is one image; must be two frames or more. Give its folder.")
-    known = ", ".join(sorted(_VIDEO | _TIFF | _HDF5 | _PHOTRON | {".npy", ".cine"}))
+    if is_dicom(path):  # files of an archive have numbers for names
+        return open_dicom(path)
+    known = ", ".join(sorted(_VIDEO | _TIFF | _HDF5 | _PHOTRON | {".npy", ".cine", ".dcm"}))
     raise VideoError(f"Recording: {path.name}; must be a folder of images or end in one of {known}.")
 
 
@@ -173,113 +178,6 @@ def check_depth(name: str, image: npt.NDArray[Any], first: str, whose: str) -> N
 def _checked(source: FrameSource) -> FrameSource:
     check(source.name, source.count, source.shape)
     return source
-
-
-def check(name: str, count: int, shape: tuple[int, int]) -> None:
-    """Raises VideoError for fewer than two frames or for frames too small, too large or too many to be a
-    recording."""
-    if count < 2:
-        raise VideoError(
-            f"Recording: {name} has {count} frame{'' if count == 1 else 's'}; must be two or more."
-        )
-    if count > MOST_FRAMES:
-        raise VideoError(
-            f"Recording: {name} has {count} frames or more; must be at most {MOST_FRAMES}. Store the part "
-            "that is to be analysed in a file of its own."
-        )
-    if shape[0] * shape[1] > MOST_PIXELS:
-        raise VideoError(
-            f"Recording: {name} has frames of {shape[1]} x {shape[0]} px; must have at most {MOST_PIXELS} "
-            "px. Store the region that is to be analysed in a file of its own."
-        )
-    if min(shape) < _LEAST:
-        raise VideoError(
-            f"Recording: {name} has frames of {shape[1]} x {shape[0]} px; must be "
-            f"{_LEAST} x {_LEAST} px or more."
-        )
-
-
-class Video:
-    """A file that FFmpeg reads. Opening decodes it once: containers often state a wrong count."""
-
-    camera: Camera | None = None
-
-    def __init__(self, path: Path) -> None:
-        self.name, self._path = path.name, path
-        self.count, self.shape = 0, (0, 0)
-        stated, seconds, end = 0, 0.0, 0.0
-        for index, (frame, of_container, length) in enumerate(self._decoded()):
-            stated, seconds = of_container, length
-            end = max(end, 0.0 if frame.time is None else frame.time)
-            size = (frame.height, frame.width)
-            if index and size != self.shape:
-                raise self._broken(
-                    index, f"is {frame.width} x {frame.height} px, frame 0 {self.shape[1]} x {self.shape[0]}"
-                )
-            self.count, self.shape = index + 1, size
-            if max(self.count, stated) > MOST_FRAMES:
-                check(self.name, max(self.count, stated), size)
-        if stated and self.count < stated:
-            raise VideoError(
-                f"Recording: {self.name} ends after {self.count} frames; must have the {stated} that it "
-                "states. It is cut off: copy it again, or store what there is of it in a file of its own "
-                f"(ffmpeg -i {self.name} -c copy whole.mkv)."
-            )
-        # A whole file's last frame begins one interval before its end.
-        if self.count > 1 and seconds - end > 2.5 * end / (self.count - 1):
-            raise VideoError(
-                f"Recording: {self.name} ends after {self.count} frames, at {end:.3g} s of the "
-                f"{seconds:.3g} s that it states. It is cut off: copy it again, or store what there is of it "
-                f"in a file of its own (ffmpeg -i {self.name} -c copy whole.mkv)."
-            )
-        check(self.name, self.count, self.shape)
-
-    def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-        for index, (frame, _, _) in enumerate(islice(self._decoded(), end)):
-            if index < begin:
-                continue
-            deep = max(part.bits for part in frame.format.components) > 8
-            if frame.format.name.startswith("gray"):
-                kind = "gray16le" if deep else "gray"
-            else:
-                kind = "rgb48le" if deep else "rgb24"
-            yield f"{self.name}: frame {index}", frame.to_ndarray(format=kind)
-
-    def _decoded(self) -> Iterator[tuple[Any, int, float]]:
-        """Frames, each with the count and the seconds that the container states (0: none)."""
-        import av
-
-        index = -1
-        try:
-            with av.open(str(self._path), metadata_errors="replace") as container:
-                if not container.streams.video:
-                    raise VideoError(f"Recording: {self.name} has no video.")
-                stream = container.streams.video[0]
-                stated = stream.codec_context
-                if stated is None:
-                    raise VideoError(f"Recording: {self.name} has no video that can be decoded. Is it whole?")
-                if stated.width * stated.height > MOST_PIXELS:  # before one of them takes all memory
-                    check(self.name, 2, (stated.height, stated.width))
-                stream.thread_type = "AUTO"
-                # Matroska states its length and no count; with sound beside, whose length it is is not said.
-                alone = "matroska" in container.format.name and len(container.streams) == 1
-                seconds = (container.duration or 0) / av.time_base if alone else 0.0
-                for index, frame in enumerate(container.decode(stream)):
-                    if frame.is_corrupt:
-                        raise self._broken(index, "is damaged")
-                    yield frame, stream.frames, seconds
-        except av.FFmpegError as error:
-            if index < 0:
-                raise VideoError(
-                    f"Recording: {self.name} cannot be read as a video ({error.strerror}). Is it whole?"
-                ) from None
-            raise self._broken(index + 1, f"cannot be decoded ({error.strerror})") from None
-
-    def _broken(self, index: int, what: str) -> VideoError:
-        return VideoError(
-            f"Recording: {self.name}: frame {index} {what}. The {index} frames before it are whole: "
-            f"store them in a file of their own (ffmpeg -i {self.name} -frames:v {index} whole.mkv)."
-        )
 
 
 class Images:

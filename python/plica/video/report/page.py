@@ -93,14 +93,14 @@ def _remark(found: Analysis) -> str:
 
 
 def _of_camera(found: Analysis) -> list[str]:
-    """What the camera's own file says."""
+    """What the file says of the camera."""
     camera, fps = found.camera, found.settings.fps
     if camera is None:
         return []
     said = [f"{camera.bits} bits"] if camera.bits else []
     if camera.fps and fps and abs(fps / camera.fps - 1) > _SAME_RATE:
         said.append(f"the camera's file states {camera.fps:g} frames/s, {fps:g} was given")
-    return said
+    return [*said, *camera.unused.values()]
 
 
 def _command(found: Analysis) -> str:
