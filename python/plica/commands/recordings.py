@@ -16,6 +16,7 @@ __all__ = ["analyse_each", "folders_of", "is_newer", "outdated"]
 
 _ASKED_FOR = {
     "report.pdf": "--pdf",
+    "report.dcm": "--dicom",
     "area.wav": "--praat",
     "recording.xlsx": "--xlsx",
     "recording.mat": "--matlab",

@@ -9,10 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from plica.commands.analysis_files import add_dicom, require_libraries, untaken, write_files
 from plica.commands.arguments import add_command, add_pdf, add_threads, numbers, whole
 from plica.commands.masks import add_masks
 from plica.commands.output import measures_table
-from plica.commands.recordings import analyse_each, is_newer, outdated
+from plica.commands.recordings import analyse_each, outdated
 from plica.commands.signals import add_signals, require_one_recording
 from plica.errors import InvalidInput
 
@@ -24,8 +25,8 @@ __all__ = ["add_commands", "is_analysis", "redraw", "remeasure"]
 _VIDEO_HELP = """\
 Analyses a high-speed recording of the larynx: the endoscope's motion and the glottis, then the motion of the
 tissue from frame to frame, its modes, and the reliability of each. Reads AVI, MP4, MOV, MKV, a TIFF stack, a
-folder of images, HDF5, NPY, and camera formats: Phantom .cine (pip install "plica[cine]"), Photron .mraw
-with its .cih or .cihx. Stores in DIR:
+folder of images, HDF5, NPY, DICOM (pip install "plica[dicom]"), and camera formats: Phantom .cine
+(pip install "plica[cine]"), Photron .mraw with its .cih or .cihx. Stores in DIR:
 
   results.h5     masks, flow, modes, paths, strain and waves at the voice's frequency, trust (HDF5)
   flow.h5        the motion from each frame to the next, and back
@@ -37,14 +38,16 @@ with its .cih or .cihx. Stores in DIR:
   light.json     the light, its reasons, and what was analysed; the tables have the light as a column
   report.html    images, waveforms, kymograms of images and flow, modes, strain, quality; a player
   report.pdf     with --pdf: the same on A4 (pip install 'plica[pdf]')
+  report.dcm     with --dicom: the PDF in DICOM, in the recording's study (pip install 'plica[dicom,pdf]')
   recording.xlsx with --xlsx: light, measures and tables, a sheet each (pip install 'plica[xlsx]')
   recording.mat  with --matlab: the same as structs, and the settings (MATLAB 7.6 or later)
 
 The frame rate stored in a video file is nearly always the playback rate, so it is not used: give --fps, or
-times are in frames and frequencies in cycles per frame. .cine and .cih contain the rate of the camera, which
-is used unless --fps is given. Without --mm-per-px lengths are in pixels and relative to the glottal length.
-Left and right are those of the image; the patient's side and the anterior end are never guessed: give
---patient-left and --anterior. --label and --recorded set the name and date of the recording in the report.
+times are in frames and frequencies in cycles per frame. .cine, .cih and DICOM (from 200 frames/s on) contain
+the rate of the camera, which is used unless --fps is given. Without --mm-per-px lengths are in pixels and
+relative to the glottal length. Left and right are those of the image; the patient's side and the anterior end
+are never guessed: give --patient-left and --anterior. --label and --recorded set the name and date of the
+recording in the report.
 These six are stored with the results and may be given later, in the same directory; so may --midline,
 --kymogram and --modes, which need little computation, and the signals beside the picture: --audio and --egg
 (WAV) on the time of the frames, in the report, measures.csv and signals.csv; docs/recordings.md. To compare
@@ -142,6 +145,7 @@ def add_commands(commands: Any) -> None:
         with_page = part(name, command, summary, text)
         _add_recording(with_page)
         add_pdf(with_page)
+        add_dicom(with_page)
         if name == "video":
             with_page.add_argument(
                 "--lambda-report",
@@ -176,7 +180,7 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         metavar="FILE",
         type=Path,
         nargs="+",
-        help="video, TIFF stack, folder, HDF5 or NPY; several are analysed one after the other",
+        help="video, TIFF stack, folder, HDF5, NPY or DICOM; several are analysed one after the other",
     )
     video.add_argument(
         "--table",
@@ -362,24 +366,13 @@ def _analysed(
     that is wanted where nothing has changed since.
     """
     import plica
-    from plica.report.page import pdf_of, require_pdf
-    from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
-    from plica.storage.workbook import require_openpyxl
     from plica.video.analysis import analyse
     from plica.video.files.corrections import read_corrections
     from plica.video.light import light_of
-    from plica.video.matlab import write_matlab
-    from plica.video.praat import write_praat
-    from plica.video.report.page import write_report
     from plica.video.settings import Settings
-    from plica.video.tables import write_tables
-    from plica.video.workbook import write_workbook
 
-    if report and options.pdf:
-        require_pdf()
-    if options.xlsx:
-        require_openpyxl()
+    require_libraries(options, report=report)
     plica.set_threads(options.threads)
     settings = Settings(
         fps=options.fps,
@@ -414,28 +407,10 @@ def _analysed(
             until=until,
             progress=not options.quiet,
         )
-        page = output / "report.html"
-        wanted = [output / "light.json"]
-        wanted += [page] if report else []
-        wanted += [page.with_suffix(".pdf")] if report and options.pdf else []
-        wanted += [output / "area.wav"] if options.praat else []
-        wanted += [output / "recording.xlsx"] if options.xlsx else []
-        wanted += [output / "recording.mat"] if options.matlab else []
-        if printed or not is_newer(wanted, found.path):
-            write_tables(found)
-            if options.xlsx:
-                write_workbook(found)
-            if options.matlab:
-                write_matlab(found)
-            if report:
-                with figures_shown(not options.quiet):
-                    page = write_report(found)
-                if options.pdf:
-                    page = pdf_of(page)
-            if options.praat:
-                write_praat(found)
-    if old := outdated(output, found.path):
-        print(f"plica: Caution: {old}", file=sys.stderr)
+        page = write_files(found, options, report=report, again=printed)
+    old = outdated(output, found.path)
+    for caution in [*untaken(found), *([old] if old else [])]:
+        print(f"plica: Caution: {caution}", file=sys.stderr)
     if printed and not options.quiet:
         print(_table(found))
         if report:

@@ -44,6 +44,7 @@ _FLOORS = {
             "chain",
             "checks",
             "dataset",
+            "dicom_report",
             "light",
             "matlab",
             "opening",

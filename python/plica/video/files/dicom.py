@@ -167,7 +167,7 @@ class Dicom:
         if decoder is None or not decoder.is_available:
             raise VideoError(
                 f"Recording: {self.name} is compressed as {syntax.name}, for which there is no decoder; must "
-                "be uncompressed, RLE, JPEG Baseline, JPEG 2000 or a video. Export it so (dcmdjpeg, dcmdjpls, "
+                "be uncompressed, RLE, JPEG Baseline, JPEG 2000 or a video. Export it so (dcmdjpeg, "
                 "gdcmconv --raw) or install pylibjpeg[all]."
             )
         with open(self._path, "rb") as file:

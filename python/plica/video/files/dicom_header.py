@@ -85,7 +85,7 @@ def read_header(path: Path) -> Header:
         As :func:`read_dataset`; for an object without pixel data or with pixels that are not unsigned levels
         of up to 16 bits; for frames that are not equally spaced in time.
     """
-    with open(path, "rb") as file, dicom_errors(f"{path.name} cannot be read as DICOM"):
+    with dicom_errors(f"{path.name} cannot be read as DICOM"), open(path, "rb") as file:
         found = opened_dataset(path, file)
         said = Attributes(path.name, found)
         place, length, words = _pixel_data(file, said, found)

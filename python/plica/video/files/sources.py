@@ -20,7 +20,7 @@ from plica.storage.stored import Stored
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
 from plica.video.files.dicom import open_dicom
-from plica.video.files.dicom_file import is_dicom
+from plica.video.files.dicom_file import dicom_errors, is_dicom
 from plica.video.files.grey import depth, to_grey
 from plica.video.files.image_file import PICTURES, is_picture, read_page, read_pixels
 from plica.video.files.limits import check
@@ -103,8 +103,9 @@ def open_source(path: Path, dataset: str | None = None) -> FrameSource:
         return Arrays(path.name, _loaded(path))
     if suffix in PICTURES:
         raise VideoError(f"Recording: {path.name} is one image; must be two frames or more. Give its folder.")
-    if is_dicom(path):  # files of an archive have numbers for names
-        return open_dicom(path)
+    with dicom_errors(f"{path.name} cannot be read"):
+        if is_dicom(path):  # files of an archive have numbers for names
+            return open_dicom(path)
     known = ", ".join(sorted(_VIDEO | _TIFF | _HDF5 | _PHOTRON | {".npy", ".cine", ".dcm"}))
     raise VideoError(f"Recording: {path.name}; must be a folder of images or end in one of {known}.")
 
