@@ -6,6 +6,7 @@
 #include <string>
 
 #include "plica/airflow/traction.hpp"
+#include "plica/core/constants.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/require.hpp"
 
@@ -99,7 +100,6 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
 Air Airflow::air(double time) const {
   const double rise = options_.rise;
   if (time >= rise) return {options_.subglottal_pressure, options_.air_density};
-  constexpr double pi = 3.14159265358979323846;
   const double sine = std::sin(0.5 * pi * std::max(time, 0.0) / rise);
   return {options_.subglottal_pressure * sine * sine, options_.air_density};  // 1 - cos would cancel early on
 }

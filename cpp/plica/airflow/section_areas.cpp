@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "plica/airflow/facets.hpp"
+#include "plica/core/constants.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/require.hpp"
 
@@ -12,7 +13,6 @@ namespace plica {
 namespace {
 
 constexpr int stations = 32;
-constexpr double pi = 3.14159265358979323846;
 
 /// Calls visit(face, facet, corner positions (c, 3)) for each facet of the surface.
 template <class Visit>

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "plica/core/constants.hpp"
 #include "plica/core/require.hpp"
 
 namespace plica {
@@ -47,7 +48,7 @@ class OneContact {
   /// The direction against which the contact slips, nearest to `first`: a sign change of turn(), by bisection.
   Vector3 slipping(const Vector2& first) const {
     constexpr int arcs = 32;
-    constexpr double arc = 2 * 3.14159265358979323846 / arcs;
+    constexpr double arc = 2 * pi / arcs;
     const double start = std::atan2(first[1], first[0]);
     for (int k = 0; k < arcs; ++k) {  // arcs to the left and right of `first` in turn
       double low = start + arc * (k % 2 ? -(k + 1) / 2 : k / 2), high = low + arc;

@@ -36,7 +36,7 @@ class MirrorContact final : public ReducedContact {
   Complementarity solve(const Vector& x);
   /// What the forces make of columns (any, rows) of 1 N.
   Vector of_forces(const Eigen::MatrixXd& columns) const;
-  double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
+  double inertia() const { return motion_.scheme().inertia(motion_.step()); }
 
   // A row is one of nodes(), its x and the force along it.
   const ModalMotion& motion_;

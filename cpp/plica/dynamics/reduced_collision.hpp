@@ -31,7 +31,7 @@ class ReducedCollision final : public ReducedContact {
   void require_open_beyond(const State& now, const Points& x) override;
 
  private:
-  double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
+  double inertia() const { return motion_.scheme().inertia(motion_.step()); }
   /// Positions of the nodes looked at, in their places of x, at the coordinates of the step's first move.
   void take_first_positions();
   /// The same at coordinates that are asked for twice: where a step ends and the next begins.

@@ -104,7 +104,6 @@ bool ReducedStep::blocks() const {
 }
 
 void ReducedStep::end(State& now) {
-  constexpr int renewed = 64;  // steps after which round-off in the products is taken away
   const Stopwatch watch(times_->solve);
   const auto [alpha, beta, gamma] = motion_.scheme();
   const double h = motion_.step();
@@ -136,7 +135,8 @@ void ReducedStep::end(State& now) {
     if (contact_) force_ += now.contact_force;
     motion_.viscous_of(a, force_, now.viscosity_acceleration);
     now.viscosity_velocity = viscous_predictor_ + gamma * h * now.viscosity_acceleration;
-    if (last_->step == 0 || now.step % renewed == 0) now.viscosity_velocity = motion_.viscous(now.velocity);
+    if (last_->step == 0 || now.step % steps_between_products == 0)
+      now.viscosity_velocity = motion_.viscous(now.velocity);
     now.viscous_force = (1 + alpha) * now.viscosity_velocity - alpha * viscous_behind_;
   }
   now.inertial_force = a;

@@ -37,8 +37,8 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   void touch();
   const Vector& contact_x() const override { return contact_x_; }
   Vector free_end() const override;
-  double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
-  double weight() const { return 1 + motion_.scheme().alpha; }
+  double inertia() const { return motion_.scheme().inertia(motion_.step()); }
+  double weight() const { return motion_.scheme().weight(); }
 
   const ModalMotion& motion_;
   const Mediolateral& positions_;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "plica/core/constants.hpp"
+
 namespace plica {
 
 SceneLoads::SceneLoads(const Scene& scene, const SymmetricPart* part, const Assembler& assembler)
@@ -28,7 +30,6 @@ void SceneLoads::reduce(const Eigen::MatrixXd& shapes) {
 }
 
 Vector SceneLoads::at(double t) const {
-  constexpr double pi = 3.14159265358979323846;
   Vector load = constant_;
   for (std::size_t i = 0; i < loads_.size(); ++i)
     load += std::cos(2 * pi * loads_[i].frequency * t + loads_[i].phase) * amplitudes_[i];

@@ -25,6 +25,10 @@ using TimeScheme = std::variant<Newmark, HilberHughesTaylor, CentralDifferences>
 /// The three numbers of a scheme; alpha = 0 for Newmark.
 struct SchemeCoefficients {
   double alpha, beta, gamma;
+  /// s^2: what an acceleration of the step's end moves of its displacement; 0 where the scheme is explicit.
+  double inertia(double step) const { return beta * step * step; }
+  /// Of what is at the step's end in what its equation has; -alpha is that of its beginning.
+  double weight() const { return 1 + alpha; }
 };
 /// Throws InvalidInput for parameters outside the ranges above.
 SchemeCoefficients scheme_coefficients(const TimeScheme& scheme);

@@ -6,6 +6,7 @@
 #include <random>
 #include <utility>
 
+#include "plica/core/constants.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
 
@@ -15,7 +16,6 @@ namespace {
 
 /// A direction drawn evenly among those of the free unknowns; the same at every call.
 Vector random_start(const Vector& scale) {
-  constexpr double pi = 3.14159265358979323846;
   std::mt19937_64 bits(1992);
   const auto uniform = [&] { return (static_cast<double>(bits() >> 11) + 0.5) * 0x1p-53; };
   Vector start = Vector::Zero(scale.size());

@@ -16,6 +16,9 @@ struct Watched {
   Indices inverted_by_layer;  // (layers) cells
 };
 
+/// After so many steps the products of a state are made from its motion, which takes their round-off away.
+inline constexpr int steps_between_products = 64;
+
 /// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n), in a reduced motion (r)
 /// of its coordinates; contact_force is empty where the scene has no contact, flow_load where it has no airflow,
 /// those of the viscosity where no material is viscous; explicit steps have no K v, K a, C v, C a and no past.

@@ -165,7 +165,6 @@ void Step::complete() {
 }
 
 State Step::end() {
-  constexpr int renewed = 64;  // steps after which round-off in the products is taken away
   const double alpha = motion_.scheme().alpha, gamma = motion_.scheme().gamma;
   const double h = motion_.step(), weight = 1 + alpha;
   const bool viscous = motion_.viscosity().has_value();
@@ -187,7 +186,7 @@ State Step::end() {
                                    gamma * h * part(products_.elastic);
     if (viscous) part(now.viscosity_velocity) += gamma * h * part(products_.viscous);
   });
-  if (last_.step == 0 || now.step % renewed == 0) {
+  if (last_.step == 0 || now.step % steps_between_products == 0) {
     now.elastic_force = motion_.stiffness() * now.displacement;
     now.stiffness_velocity = motion_.stiffness() * now.velocity;
     if (viscous) now.viscosity_velocity = *motion_.viscosity() * now.velocity;

@@ -59,7 +59,7 @@ class Step final : public NodalStep {
   void take_positions();  // without contact forces
   void take_weighted();
   void touch();  // from positions without contact forces to those with them
-  double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
+  double inertia() const { return motion_.scheme().inertia(motion_.step()); }
   const Vector& elastic_behind() const {  // K and C of what is behind
     return last_.step == 0 ? last_.weighted_elastic_force : last_.elastic_force;
   }

@@ -160,6 +160,25 @@ class HeraldingMethod final : public ContactMethod {
   std::shared_ptr<bool> anew_;
 };
 
+TEST_CASE("a force whose constraint is no more has not settled") {
+  const auto method = contact_method(Multipliers{});
+  const Points x = Points::Zero(2, 3);
+  Constraint constraint;
+  constraint.key = 3;
+  constraint.weights = {{0, 1.0}, {1, -1.0}};
+  constraint.normal = constraint.gradient = Vector3::UnitX();
+  Contacts last;
+  last.constraints = {constraint};
+  last.force = Vector::Constant(1, 2.0);
+  CHECK(method->settled(last, {constraint}, x, 1e-9));
+  CHECK_FALSE(method->settled(last, {}, x, 1e-9));
+  Constraint another = constraint;
+  another.key = 4;
+  CHECK_FALSE(method->settled(last, {another}, x, 1e-9));
+  last.force[0] = 0;
+  CHECK(method->settled(last, {}, x, 1e-9));
+}
+
 /// A method with one constraint, on the height t of node 4: the gap sign(t) sqrt|t|, of which Newton's method
 /// leads from t to -t and back.
 class SwingingMethod final : public ContactMethod {
