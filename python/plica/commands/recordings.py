@@ -58,6 +58,7 @@ def analyse_each(
     InvalidInput
         Where two recordings have one name; for a workbook without openpyxl.
     """
+    from plica.storage.files import storage_errors
     from plica.storage.table import as_cells, write_rows
     from plica.storage.workbook import Sheet, require_openpyxl, write_sheets
     from plica.video.report.table import row_of
@@ -67,7 +68,8 @@ def analyse_each(
     rows: list[dict[str, object]] = []
     folders = folders_of(sources, output)
     table, failed = output / "recordings.csv", 0
-    output.mkdir(parents=True, exist_ok=True)
+    with storage_errors(output):
+        output.mkdir(parents=True, exist_ok=True)
     for number, (source, folder) in enumerate(folders.items(), 1):
         if not quiet:
             print(f"{number} of {len(folders)}: {source}", flush=True)
