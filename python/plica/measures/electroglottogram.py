@@ -1,11 +1,11 @@
 """Cycles of an electroglottogram, and for which share of them the folds are in contact.
 
-The signal grows with contact. Its slope (dEGG) has a positive peak where the folds meet and a negative one
-where they part. The slope is that of a cubic through the samples of a twelfth of the period (five or more),
-so that noise of 1 % makes no peaks. A cycle goes from closing peak to closing peak; each is
-the largest slope within a quarter of a period of the instant at which the signal rises
-(:mod:`plica.measures.recorded`), the opening peak the least slope between two of them, both by a parabola
-through three samples.
+The signal grows with contact; its drift, the mean over a period of its mean over a period, is taken off. Its
+slope (dEGG) has a positive peak where the folds meet and a negative one where they part. The slope is that
+of a cubic through the samples of a twelfth of the period (five or more), so that noise of 1 % makes no
+peaks. A cycle goes from closing peak to closing peak; each is the largest slope within a quarter of a period
+of the instant at which the signal rises (:mod:`plica.measures.recorded`), the opening peak the least slope
+between two of them, both by a parabola through three samples.
 
 Contact quotient, of a cycle of the period T from the closing peak at c:
 
@@ -27,10 +27,11 @@ import numpy as np
 
 from plica.measures.cycles import Cycles
 from plica.measures.instants import crossing, highest
+from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.record import Floats, time_step
 from plica.measures.recorded import recorded_cycles
 
-__all__ = ["Contact", "contact_of", "slope_of"]
+__all__ = ["Contact", "contact_of"]
 
 fall_level = 3 / 7  # of a cycle's range
 _OF_PERIOD, _OTHERWISE = 1 / 12, 0.5e-3  # of the period, and s without cycles: samples that tell a slope
@@ -98,8 +99,10 @@ def contact_of(time: Floats, signal: Floats) -> Contact:
     Contact
         Of at least three cycles, or of none; then the note of its cycles has the reason.
     """
+    signal = _without_drift(time, signal)
     cycles = recorded_cycles(time, signal, name="electroglottogram")
-    slope = slope_of(time, signal, cycles)
+    width = _OF_PERIOD * float(np.median(cycles.periods)) if cycles.count else _OTHERWISE
+    slope = _slope(signal, time_step(time), width)
     none = np.zeros(0, dtype=bool)
     if not cycles.count:
         return Contact(cycles, slope, np.zeros(0), np.zeros(0), none, none)
@@ -125,12 +128,27 @@ def contact_of(time: Floats, signal: Floats) -> Contact:
     )
 
 
-def slope_of(time: Floats, signal: Floats, cycles: Cycles) -> Floats:
-    """(k) slope of the signal (1/s)."""
-    from scipy import signal as filters
+def _without_drift(time: Floats, signal: Floats) -> Floats:
+    """The signal less the mean, over a period, of its mean over a period: constant for a periodic signal.
+
+    (Of the first mean alone a whole number of samples would leave a ripple of a sample over the period.)
+    """
+    from scipy import ndimage
 
     step = time_step(time)
-    width = _OF_PERIOD * float(np.median(cycles.periods)) if cycles.count else _OTHERWISE
+    frequency = autocorrelation_frequency(_slope(signal, step, _OTHERWISE), step)
+    reach = round(1 / (frequency * step)) if np.isfinite(frequency) else signal.size
+    if 2 * reach >= signal.size - 1:
+        return np.asarray(signal - signal.mean())
+    drift = ndimage.uniform_filter1d(ndimage.uniform_filter1d(signal, reach), reach)
+    drift[: reach + 1], drift[-reach - 1 :] = drift[reach + 1], drift[-reach - 2]
+    return np.asarray(signal - drift)
+
+
+def _slope(signal: Floats, step: float, width: float) -> Floats:
+    """Slope (1/s) of a cubic through the samples of this width (s) about each."""
+    from scipy import signal as filters
+
     samples = max(2 * int(width / step / 2) + 1, _FEWEST)
     if signal.size < samples:
         return np.gradient(signal, step) if signal.size > 1 else np.zeros(signal.size)

@@ -97,8 +97,9 @@ class Signals:
                 f"{_CALLED[name]}: {Channel.of(self.settings.signals[name]).shown}, {part.rate:g} samples/s, "
             )
             text += _start_said(self.settings, name)
-            low, high = max(part.begin, 0.0), min(part.end, frames / fps)
-            if part.begin > 1 / fps or part.end < (frames - 1) / fps:
+            low = part.begin if part.begin > 1 / fps else 0.0
+            high = part.end if part.end < (frames - 1) / fps else frames / fps
+            if low > 0 or high < frames / fps:
                 text += f"; it covers {low:.4g} to {high:.4g} s of the {frames / fps:.4g} s analysed"
             found.append(text)
         return found

@@ -116,7 +116,7 @@ def read_signal(channel: Channel) -> Signal:
             f"Signals: {channel.path} has {rate:g} samples/s; must have {_RATES[0]:g} to {_RATES[1]:g}. Is "
             "it a sound?"
         )
-    values = found.reshape(found.shape[0], -1)
+    values = found[:, None] if found.ndim == 1 else found
     if not values.size:
         raise VideoError(f"Signals: {channel.path} has no samples; must have some.")
     if channel.number > values.shape[1]:

@@ -2,8 +2,8 @@
 
 The frequency of the sound is that of its fundamental: of the sound in a band of 0.6 to 1.5 of the frequency
 by autocorrelation (Butterworth, second order, forwards and backwards), by cycles. Two frequencies are
-compared over the time that both have; they disagree where they differ by more than 2 %, and by more than
-both intervals.
+compared over the time that both have, to half a period; they disagree where they differ by more than 2 %,
+and by more than both intervals.
 
 The lag of the electroglottogram is from the instant at which the glottal area closes to the nearest closing
 peak: the area closes where it falls to the level of the closed quotient, without closure to a tenth of its
@@ -204,8 +204,9 @@ def _agreement(name: str, called: str, cycles: Cycles, of_area: Cycles) -> tuple
     """How far two frequencies differ over the time that both have, and what that speaks against."""
     if not (cycles.count and of_area.count):
         return absent(name, cycles.note if not cycles.count else of_area.note), []
-    low, high = max(cycles.starts[0], of_area.starts[0]), min(cycles.starts[-1], of_area.starts[-1])
-    kept = [one.starts[(one.starts >= low - 1e-9) & (one.starts <= high + 1e-9)] for one in (cycles, of_area)]
+    both, half = (cycles.starts, of_area.starts), 0.5 / of_area.frequency  # cycles begin at other phases
+    low, high = max(starts[0] for starts in both) - half, min(starts[-1] for starts in both) + half
+    kept = [starts[(starts >= low) & (starts <= high)] for starts in both]
     if min(starts.size for starts in kept) < 4:
         return absent(name, f"the {called} and the glottal area share fewer than three cycles"), []
     periods = [np.diff(starts) for starts in kept]
