@@ -151,7 +151,7 @@ class Analysis:
         The day that the recording's file says it was made on, and the tag that does; empty where it says
         none.
     camera : Camera or None
-        What the file of a high-speed camera said.
+        What the file of a high-speed camera, or of DICOM, said.
     segmenter : str
         Fingerprint of the network that found the glottis; empty where its edges and its darkness did.
     """

@@ -98,10 +98,8 @@ class Dicom:
 
     def _native(self, length: int) -> Callable[[BinaryIO, int], npt.NDArray[Any]]:
         """What reads an uncompressed frame, once all of them are known to be there."""
-        from pydicom.uid import UID
-
         header = self._header
-        if UID(header.syntax).is_encapsulated:
+        if header.encapsulated:
             raise VideoError(
                 f"Recording: {self.name} has compressed pixel data that are not in items; "
                 "must be. Export it again."
@@ -134,13 +132,13 @@ class Dicom:
                 f"Recording: {self.name} has frames of {size} bytes in words of a big-endian file; must be "
                 "even. Export it as Explicit VR Little Endian."
             )
-        return partial(self._of_bytes, size, UID(header.syntax).is_little_endian)
+        return partial(self._of_bytes, size)
 
-    def _of_bytes(self, size: int, little: bool, file: BinaryIO, index: int) -> npt.NDArray[Any]:
+    def _of_bytes(self, size: int, file: BinaryIO, index: int) -> npt.NDArray[Any]:
         header = self._header
         file.seek(header.place + index * size)
         numbers = np.frombuffer(
-            file.read(size), "u1" if header.allocated == 8 else "<u2" if little else ">u2"
+            file.read(size), "u1" if header.allocated == 8 else "<u2" if header.little else ">u2"
         )
         if header.swapped:
             numbers = numbers.reshape(-1, 2)[:, ::-1].reshape(-1)
@@ -157,11 +155,10 @@ class Dicom:
     def _compressed(self) -> Callable[[BinaryIO, int], npt.NDArray[Any]]:
         """What reads a compressed frame, once all of them are known to be there."""
         from pydicom.pixels.decoders.base import get_decoder
-        from pydicom.uid import UID
 
-        header, syntax = self._header, UID(self._header.syntax)
+        header, syntax = self._header, self._header.syntax
         try:
-            decoder = get_decoder(syntax) if syntax.is_encapsulated else None
+            decoder = get_decoder(syntax) if header.encapsulated else None
         except (NotImplementedError, ValueError):
             decoder = None
         if decoder is None or not decoder.is_available:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from plica.video.files.camera_metadata import Camera
 from plica.video.files.dicom_camera import SPACINGS, camera_of
 from plica.video.files.dicom_file import Attributes, dicom_errors, opened_dataset
+
+if TYPE_CHECKING:
+    from pydicom.uid import UID
 
 __all__ = ["Header", "read_header"]
 
@@ -33,8 +36,10 @@ class Header:
     ----------
     name : str
         Of the file.
-    syntax : str
-        UID of the transfer syntax.
+    syntax : UID
+        The transfer syntax.
+    encapsulated, little : bool
+        Whether it has the pixel data in items, and numbers in little-endian order.
     count : int
         NumberOfFrames.
     shape : tuple of int
@@ -59,7 +64,9 @@ class Header:
     """
 
     name: str
-    syntax: str
+    syntax: UID
+    encapsulated: bool
+    little: bool
     count: int
     shape: tuple[int, int]
     samples: int
@@ -129,7 +136,9 @@ def _header(said: Attributes, place: int, length: int | None, words: bool) -> He
     allocated, stored = said.whole("BitsAllocated"), said.whole("BitsStored")
     header = Header(
         name=said.name,
-        syntax=str(syntax),
+        syntax=syntax,
+        encapsulated=syntax.is_encapsulated,
+        little=syntax.is_little_endian,
         count=said.whole("NumberOfFrames", 1),
         shape=(said.whole("Rows"), said.whole("Columns")),
         samples=samples,

@@ -50,7 +50,7 @@ class FrameSource(Protocol):
     shape : tuple of int
         Height and width, px.
     camera : Camera or None
-        What the file of a high-speed camera says of it.
+        What the file of a high-speed camera, or of DICOM, says of it.
     """
 
     @property

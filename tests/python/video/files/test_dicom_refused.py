@@ -23,7 +23,7 @@ from pydicom.uid import (
     RLELossless,
 )
 
-from dicom_files import bitstream, dicom, jpeg, video
+from dicom_files import bitstream, dicom, jpeg, rle, video
 from picture_files import refused
 from plica.video import VideoError
 from plica.video.files.sources import open_source
@@ -58,6 +58,15 @@ def _replaced(path: Path, old: bytes, new: bytes) -> Path:
     content = path.read_bytes()
     assert content.count(old) == 1
     path.write_bytes(content.replace(old, new))
+    return path
+
+
+def _stated(path: Path, **attributes: Any) -> Path:
+    """With other attributes than belong to its frames."""
+    found = pydicom.dcmread(path)
+    for keyword, value in attributes.items():
+        setattr(found, keyword, value)
+    found.save_as(path)
     return path
 
 
@@ -119,6 +128,18 @@ FILES: dict[str, tuple[Callable[[Path], Path], str]] = {
     "bits below those stored": (
         lambda p: dicom(p, DEEP, stored=12, HighBit=15),
         "frame 0 has bits beyond the 12 that BitsStored and HighBit = 15 name, in a pixel of 1",
+    ),
+    "RLE of more bits than stored": (
+        lambda p: _stated(rle(p, DEEP), BitsStored=12, HighBit=11),
+        "x.dcm: frame 0 has bits beyond the 12 that BitsStored and HighBit = 11 name, in a pixel of 4096",
+    ),
+    "a length that no number has": (
+        lambda p: _replaced(dicom(p, F), b"\x02\0\0\0UL\4\0", b"\x02\0\0\0UL\5\0"),
+        "x.dcm cannot be read as DICOM",
+    ),
+    "a transfer syntax that nobody knows": (
+        lambda p: _replaced(jpeg(p, SMOOTH), b"1.2.840.10008.1.2.4.50", b"1.2\0840.10008.1.2.4.50"),
+        "x.dcm cannot be read as DICOM",
     ),
     "truncated": (
         lambda p: dicom(p, F, cut=500),
