@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from dicom_files import PATIENT, bitstream, dicom, jpeg, jpeg_2000, jpegs, rle, 
 from plica.commands.main import main
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video import VideoError, load
+from plica.video.files.dicom_items import Item, Joined
 from plica.video.files.sources import FrameSource, open_source, read
 
 RANDOM = np.random.default_rng(7)
@@ -187,6 +189,20 @@ def test_a_video_inside_is_read_as_one_in_a_file(
     assert np.abs(pixels(found)[..., 0].astype(int) - SMOOTH).mean() < 3
     assert found.camera is not None
     assert found.camera.date == "2024-03-05"
+
+
+def test_pieces_of_a_file_are_one_stream_wherever_it_is_read(tmp_path: Path) -> None:
+    content = RANDOM.bytes(60_000)
+    (tmp_path / "x").write_bytes(content)
+    pieces = [Item(100, 30_000), Item(40_000, 0), Item(40_000, 1), Item(50_000, 9_999)]
+    whole = b"".join(content[place : place + length] for place, length in pieces)
+    with io.BufferedReader(Joined(tmp_path / "x", pieces)) as stream:
+        assert stream.read() == whole
+        for begin in RANDOM.integers(0, len(whole), 50):
+            assert stream.seek(int(begin)) == begin
+            assert stream.read(12_000) == whole[begin : begin + 12_000]
+        assert stream.seek(-10, io.SEEK_END) == len(whole) - 10
+        assert stream.read() == whole[-10:]
 
 
 def test_frames_are_read_one_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
