@@ -520,7 +520,7 @@ _QUANTITIES = (
         "sound_frequency",
         "Fundamental frequency of the sound",
         "Hz",
-        "cycles of the sound's fundamental per time",
+        "cycles of the sound per time, each the lag at which it is most like the next",
         bounds=(0.0, inf),
     ),
     _signal(

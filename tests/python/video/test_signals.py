@@ -307,7 +307,10 @@ def test_a_wrong_frame_rate_makes_the_light_amber_and_is_at_each_time(
     done = copied(_settings(folder, fps=1.06 * _FPS))
     light = light_of(done)
     assert light.shown == "amber"
-    assert "The sound has 200 Hz, the glottal area 212 Hz over the same time, 5.7 % more" in light.said
+    assert (
+        "The electroglottogram has 200 Hz, the glottal area 212 Hz over the same time, 5.7 % more"
+        in light.said
+    )
     for name, cautioned in (("fundamental_frequency", True), ("period", True), ("open_quotient", False)):
         assert any("frame rate may be wrong" in text for text in done.measures[name].cautions) == cautioned
 

@@ -1,9 +1,13 @@
 """Measures of the sound and of the electroglottogram beside a recording, and of their agreement with it.
 
-The frequency of the sound is that of its fundamental: of the sound in a band of 0.6 to 1.5 of the frequency
-by autocorrelation (Butterworth, second order, forwards and backwards), by cycles. Two frequencies are
-compared over the time that both have, to half a period; they disagree where they differ by more than 2 %,
-and by more than both intervals.
+The sound's first period is that of the autocorrelation of 50 ms, the median over all that are not silent
+(less than 0.3 of the loudest). From mark to mark a period is the lag, within a fifth of the one before, at
+which the sound from the mark on, a period long, has the largest correlation with the sound later by it (by a
+parabola through three lags); the longest run of periods with a correlation of 0.5 or more counts. So all
+harmonics tell the period, as a fundamental may be weak.
+
+Two frequencies are compared over the time that both have, to half a period; they disagree where they differ
+by more than 2 %, and by more than both intervals.
 
 The lag of the electroglottogram is from the instant at which the glottal area closes to the nearest closing
 peak: the area closes where it falls to the level of the closed quotient, without closure to a tenth of its
@@ -20,23 +24,26 @@ import numpy.typing as npt
 
 from plica.measures.catalogue import closed_share, names
 from plica.measures.circular import circular_mean
-from plica.measures.cycles import Cycles
+from plica.measures.cycles import Cycles, too_few
 from plica.measures.electroglottogram import Contact, contact_of
+from plica.measures.instants import highest
 from plica.measures.interval import of_ratio
 from plica.measures.measure import Measure, absent, average, cycle_frequency, per_period, whole
 from plica.measures.perturbation import jitter_of
 from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.quotients import closed_intervals, leak_level
-from plica.measures.recorded import recorded_cycles
+from plica.measures.stationary import fewest
 from plica.video.files.signal_file import Signal
 from plica.video.measures.wave_cautions import cautioned
 
-__all__ = ["SignalMeasures", "closing_instants", "fundamental_cycles", "signal_measures"]
+__all__ = ["SignalMeasures", "closing_instants", "signal_measures", "sound_cycles"]
 
 Floats = npt.NDArray[np.float64]
 
-_BAND = (0.6, 1.5)  # of the frequency: the fundamental without the second harmonic
-_BEYOND = 8.0  # periods, after which the filter has forgotten where the signal begins
+_NEAR = 0.2  # of the period before, within which the next one is
+_WINDOW = 0.05  # s: three periods of the lowest voice
+_SILENT = 0.3  # of the loudest window
+_ALIKE = 0.5  # correlation of a period with the next, below which a sound has none
 _AGREES = 0.02  # relative, of two frequencies
 _FEWEST = 4.0  # samples a cycle
 _ENOUGH = 50  # samples a cycle, with which a quotient is known to 2 %
@@ -115,31 +122,64 @@ def _clipped(signal: Signal) -> list[str]:
     return [f"{share:.2g} % of its samples are clipped: record at a lower level"] if share > _CLIPPED else []
 
 
-def fundamental_cycles(signal: Signal) -> Cycles:
-    """Cycles of a sound's fundamental; none where it has no frequency."""
-    from scipy import signal as filters
-
-    near = autocorrelation_frequency(signal.values, 1 / signal.rate)
-    if not (np.isfinite(near) and _BAND[1] * near < 0.5 * signal.rate):
+def sound_cycles(signal: Signal) -> Cycles:
+    """Cycles of a sound, each as long as the lag at which it is most like what follows it (see the module
+    docstring); none where the sound has no frequency."""
+    values = signal.values - signal.values.mean()
+    near = _usual_frequency(values, signal.rate)
+    if not np.isfinite(near):
         return Cycles(np.empty(0), "the sound has no fundamental frequency", "none", recorded=True)
-    band = filters.butter(2, [share * near for share in _BAND], "bandpass", fs=signal.rate, output="sos")
-    more = int(_BEYOND * signal.rate / near)
-    time = signal.begin + np.arange(-more, signal.values.size + more) / signal.rate
-    filtered = filters.sosfiltfilt(band, _repeated(signal, time, 1 / near), padlen=0)
-    return recorded_cycles(signal.time, filtered[more : more + signal.values.size], name="sound")
+    first = period = signal.rate / near
+    marks, likeness = [0.0], []
+    while (found := _next_period(values, marks[-1], period)) is not None:
+        lag, like = found
+        marks.append(marks[-1] + lag)
+        likeness.append(like)
+        period = lag if like >= _ALIKE else first
+    begin, end = _longest([like >= _ALIKE for like in likeness])
+    if end - begin < fewest:
+        return Cycles(np.empty(0), too_few(end - begin, "sound", fewest), "none", recorded=True)
+    return Cycles(signal.begin + np.array(marks[begin : end + 1]) / signal.rate, "", "regular", recorded=True)
 
 
-def _repeated(signal: Signal, time: Floats, period: float) -> Floats:
-    """The signal less its mean, its first and last period repeated before and after it, as a filter needs."""
-    begin, end = signal.begin, signal.end - 1 / signal.rate
-    before = np.ceil(np.maximum(begin - time, 0.0) / period)
-    after = np.ceil(np.maximum(time - end, 0.0) / period)
-    inside = time + (before - after) * period
-    return np.asarray(np.interp(inside, signal.time, signal.values - signal.values.mean()))
+def _usual_frequency(values: Floats, rate: float) -> float:
+    """Median (Hz) of the autocorrelation's frequencies over windows of 50 ms that are not silent."""
+    length = min(int(_WINDOW * rate), values.size)
+    windows = values[: values.size // length * length].reshape(-1, length)
+    loud = np.std(windows, axis=1)
+    told = [autocorrelation_frequency(one, 1 / rate) for one in windows[loud > _SILENT * loud.max()]]
+    known = [frequency for frequency in told if np.isfinite(frequency)]
+    return float(np.median(known)) if known else float("nan")
+
+
+def _next_period(values: Floats, mark: float, period: float) -> tuple[float, float] | None:
+    """Lag (samples) within a fifth of the period at which the period from the mark on is most like what
+    follows, and the correlation there; None where the signal ends before."""
+    begin, length = round(mark), round(period)
+    lags = np.arange(int((1 - _NEAR) * period), int((1 + _NEAR) * period) + 2)
+    if begin + length + int(lags[-1]) > values.size or lags.size < 3 or lags[0] < 1:
+        return None
+    window = values[begin : begin + length]
+    later = np.lib.stride_tricks.sliding_window_view(values[begin : begin + length + int(lags[-1])], length)[
+        lags
+    ]
+    size = np.linalg.norm(window) * np.linalg.norm(later, axis=1)
+    likeness = np.divide(later @ window, size, out=np.zeros(lags.size), where=size > 0)
+    return highest(lags.astype(float), likeness, int(np.argmax(likeness)))
+
+
+def _longest(kept: list[bool]) -> tuple[int, int]:
+    """Begin and end of the longest run of those that are kept."""
+    best, begin = (0, 0), 0
+    for k, keep in enumerate([*kept, False]):
+        if not keep:
+            best = max(best, (begin, k), key=lambda run: run[1] - run[0])
+            begin = k + 1
+    return best
 
 
 def _of_sound(signal: Signal, area_cycles: Cycles) -> tuple[list[Measure], list[str], list[str]]:
-    cycles = fundamental_cycles(signal)
+    cycles = sound_cycles(signal)
     frequency = replace(cycle_frequency(cycles), name="sound_frequency")
     agreement, apart = _agreement("sound_frequency_difference", "sound", cycles, area_cycles)
     return [*cautioned([frequency], apart), agreement], apart, []
