@@ -91,8 +91,12 @@ class Measure:
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """95 % interval of the value; None without replicates."""
-        return None if self.replicates is None else self.replicates.interval
+        """95 % interval of the value, which lies in it also where the errors are to one side; None without
+        replicates."""
+        if self.replicates is None:
+            return None
+        low, high = self.replicates.interval
+        return (low, high) if self.value is None else (min(low, self.value), max(high, self.value))
 
     @property
     def uncertainty(self) -> float | None:

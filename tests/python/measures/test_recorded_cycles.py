@@ -313,6 +313,13 @@ def test_digits_end_where_the_interval_begins() -> None:
     assert (shown.value, shown.interval) == ("0.52", "0.51 to 0.54")
 
 
+def test_an_interval_has_its_value() -> None:
+    drawn = Replicates(np.linspace(0.52, 0.54, 2000), 1e9)
+    low, high = drawn.interval
+    for value, ends in ((0.53, (low, high)), (0.51, (0.51, high)), (0.56, (low, 0.56)), (None, (low, high))):
+        assert Measure("open_quotient", value, 0.02, 30, replicates=drawn).interval == ends
+
+
 def test_cycles_that_are_left_out_have_no_part_in_growth_and_perturbations() -> None:
     time = np.arange(0, 480.0)
     area = 100 * np.maximum(0.0, np.sin(2 * np.pi * time / 20))
