@@ -330,11 +330,12 @@ def _all(
 ) -> int:
     """Analyse the recordings: one in its directory, several in folders of it. What is `shown` of one at the
     end is shown of each."""
-    if options.corrections is not None and len(options.source) > 1:
-        raise InvalidInput(
-            f"Corrections: {options.corrections} for {len(options.source)} recordings; must be for one. "
-            "Give the recording that was corrected alone."
-        )
+    for what, drawn in (("Corrections", options.corrections), ("Masks", options.masks)):
+        if drawn is not None and len(options.source) > 1:
+            raise InvalidInput(
+                f"{what}: {drawn} for {len(options.source)} recordings; must be for one. "
+                "Give the recording that was corrected alone."
+            )
     require_one_recording(options)
     if len(options.source) == 1 and not options.table:
         found = _analysed(options, until, options.source[0], options.output, report=report)
