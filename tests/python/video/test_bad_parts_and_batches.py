@@ -1,4 +1,4 @@
-"""Parts of a recording, and several recordings with one command: what cannot be; nothing else is lost by it."""
+"""Parts of a recording and batches of recordings that cannot be: what is said, and what is kept."""
 
 from __future__ import annotations
 
