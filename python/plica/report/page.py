@@ -49,9 +49,6 @@ def require_pdf() -> Any:
     InvalidInput
         If it is not installed, or Pango is missing; call this before a computation.
     """
-    from PIL import ImageFile
-
-    truncated = ImageFile.LOAD_TRUNCATED_IMAGES
     try:
         import weasyprint
     except ImportError:
@@ -63,10 +60,6 @@ def require_pdf() -> Any:
             f"PDF: WeasyPrint does not find a system library ({str(error).splitlines()[0]}); must find it. "
             "Install Pango: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0, or similar."
         ) from None
-    finally:
-        ImageFile.LOAD_TRUNCATED_IMAGES = (
-            truncated  # WeasyPrint's import makes Pillow accept truncated images
-        )
     return weasyprint
 
 

@@ -20,6 +20,7 @@ from plica.video.files.camera_metadata import Camera
 from plica.video.files.dicom_file import dicom_errors
 from plica.video.files.dicom_header import Header, read_header
 from plica.video.files.dicom_items import Item, Joined, frames_of, items_of
+from plica.video.files.image_file import whole_pictures
 from plica.video.files.limits import check
 from plica.video.files.video_file import Video
 
@@ -181,21 +182,22 @@ class Dicom:
             file.seek(item.place)
             parts.append(file.read(item.length))
         header = self._header
-        found, _ = decoder.as_array(
-            encapsulate([b"".join(parts)]),
-            raw=False,
-            rows=self.shape[0],
-            columns=self.shape[1],
-            number_of_frames=1,
-            samples_per_pixel=header.samples,
-            photometric_interpretation=header.kind,
-            bits_allocated=header.allocated,
-            bits_stored=header.stored,
-            pixel_representation=0,
-            planar_configuration=int(header.planar),
-            pixel_keyword="PixelData",
-            correct_unused_bits=False,
-        )
+        with whole_pictures():
+            found, _ = decoder.as_array(
+                encapsulate([b"".join(parts)]),
+                raw=False,
+                rows=self.shape[0],
+                columns=self.shape[1],
+                number_of_frames=1,
+                samples_per_pixel=header.samples,
+                photometric_interpretation=header.kind,
+                bits_allocated=header.allocated,
+                bits_stored=header.stored,
+                pixel_representation=0,
+                planar_configuration=int(header.planar),
+                pixel_keyword="PixelData",
+                correct_unused_bits=False,
+            )
         return np.asarray(found)
 
     def _levels(self, index: int, raw: npt.NDArray[Any]) -> npt.NDArray[Any]:

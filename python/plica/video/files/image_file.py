@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from PIL import Image
     from tifffile import TiffFile
 
-__all__ = ["PICTURES", "is_picture", "read_image", "read_page", "read_pixels"]
+__all__ = ["PICTURES", "is_picture", "read_image", "read_page", "read_pixels", "whole_pictures"]
 
 PICTURES = {".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".tif", ".tiff"}
 """Suffixes of files that are one picture."""
@@ -107,13 +107,27 @@ def _of_pillow(image: Image.Image, where: str) -> NDArray[Any]:
 
 
 @contextmanager
+def whole_pictures() -> Iterator[None]:
+    """Pillow refuses pictures that are cut off, also where another library (WeasyPrint) had it not."""
+    from PIL import ImageFile
+
+    before = ImageFile.LOAD_TRUNCATED_IMAGES
+    ImageFile.LOAD_TRUNCATED_IMAGES = False
+    try:
+        yield
+    finally:
+        ImageFile.LOAD_TRUNCATED_IMAGES = before
+
+
+@contextmanager
 def _errors(where: str) -> Iterator[None]:
     """What the readers of pictures raise, as one sentence."""
     from PIL import Image, UnidentifiedImageError
     from tifffile import TiffFileError
 
     try:
-        yield
+        with whole_pictures():
+            yield
     except InvalidInput:
         raise
     except UnidentifiedImageError:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageFile
 
 import plica
 from picture_files import (
@@ -113,6 +113,15 @@ def test_what_is_not_one_picture_is_refused(
     assert said in refused(["flow", good, bad, *out], capsys)
     assert said in refused(["flow", good, good, "--mask", bad, *out], capsys)
     assert not (tmp_path / "ab.flo").exists()
+
+
+def test_a_cut_picture_is_refused_whatever_other_libraries_have_pillow_accept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ImageFile, "LOAD_TRUNCATED_IMAGES", True)
+    bad, good = str(truncated(tmp_path / "x.png")), str(stored(tmp_path / "good.png", A))
+    assert "image file is truncated" in refused(["flow", good, bad, "-o", str(tmp_path / "ab.flo")], capsys)
+    assert ImageFile.LOAD_TRUNCATED_IMAGES  # theirs
 
 
 TIFFS: dict[str, tuple[Callable[[Path], Path], np.ndarray]] = {

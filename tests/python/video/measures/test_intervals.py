@@ -29,8 +29,8 @@ def _interval(
     pairs = zip(true.tolist(), (true if noisy is None else noisy).tolist(), strict=True)
     drawn = [({name: one}, {name: other}, crest) for one, other in pairs]
     (found,) = with_errors([_alike(name, value)], drawn, {name: value}, ends, float("nan"))
-    assert found.interval is not None
-    return found.interval
+    assert found.replicates is not None
+    return found.replicates.interval
 
 
 def test_an_interval_has_95_percent_of_errors_that_cycles_share_however_few_they_are() -> None:
