@@ -196,7 +196,7 @@ def test_contact_that_has_a_side_loses_what_is_not_symmetric_in_it(voice: plica.
     assert 0 < np.abs(of_half - u).max() < leaning
     assert whole["contact_rows"].max() > 0
     for name in WAVES:
-        assert furthest(quarter, half, name) < 1e-7, name
+        assert furthest(quarter, half, name) < 1e-6, name  # gaps are closed to 1e-5 edges
 
 
 @pytest.mark.parametrize("contact", one_sided_errors)
