@@ -246,7 +246,10 @@ class Analysis:
             band=band,
             brightness=self["sides/brightness"],
         )
-        return Measures(cautioned(found.values(), self.frame_sequence.doubts()), found.scale), cycles
+        sequence = self.frame_sequence
+        (frequency,) = cautioned([found["fundamental_frequency"]], [sequence.caution()])
+        items = [frequency if item.name == frequency.name else item for item in found.values()]
+        return Measures(cautioned(items, sequence.doubts()), found.scale), cycles
 
     @cached_property
     def frame_sequence(self) -> FrameSequence:

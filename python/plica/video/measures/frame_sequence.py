@@ -39,6 +39,7 @@ _CYCLES = 4  # fewer say nothing
 _CERTAIN, _LIKELY = 0.005, 0.1  # p that speaks alone, and with a frame that the motion shows
 _LEAST = 0.4  # px, root mean square over the widths: less motion shows nothing
 _SHOWN = 6  # frames that are named
+_IRREGULAR, _UNSURE = 0.02, 0.3  # of a period, and frames: less does not hide lost frames
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,10 @@ class FrameSequence:
         Standard deviation of the periods, frames.
     count : int
         Of frames.
+    irregular : float
+        Standard deviation of a period, in periods, by its difference from the next.
+    period : float
+        Mean of the cycles, frames.
     """
 
     missing: npt.NDArray[np.int_]
@@ -64,6 +69,8 @@ class FrameSequence:
     chance: float
     spread: float
     count: int
+    irregular: float = 0.0
+    period: float = 0.0
 
     def doubts(self) -> list[str]:
         """A sentence for each, if it is certain enough."""
@@ -90,6 +97,17 @@ class FrameSequence:
             )
         return found
 
+    def caution(self) -> str:
+        """Of the frequency of cycles so irregular that lost frames among them would not show; empty where
+        they are regular, or where `doubts` speak."""
+        if self.irregular < _IRREGULAR or self.irregular * self.period < _UNSURE or self.doubts():
+            return ""
+        return (
+            f"the cycles' lengths scatter by {100 * self.irregular:.2g} %: an irregular voice, or frames "
+            "that are missing or there twice, which shift the frequency by their share. Only the camera's "
+            "own file can tell"
+        )
+
 
 def frame_sequence(width: Floats, starts: npt.NDArray[np.floating]) -> FrameSequence:
     """What is wrong with the frames.
@@ -114,7 +132,9 @@ def frame_sequence(width: Floats, starts: npt.NDArray[np.floating]) -> FrameSequ
     inside = sum(int(np.count_nonzero(part >= 0)) for part in faulty)
     if 2 * (kept[0].size + kept[1].size) < inside:
         kept = none, none
-    return FrameSequence(*kept, chance_of_whole_frames(periods), float(np.std(periods)), count)
+    spread, period = float(np.std(periods)), float(np.mean(periods))
+    irregular = float(np.sqrt(np.mean(np.square(np.diff(periods))) / 2)) / period
+    return FrameSequence(*kept, chance_of_whole_frames(periods), spread, count, irregular, period)
 
 
 def _cycles_of(frames: npt.NDArray[np.int_], starts: npt.NDArray[np.floating]) -> npt.NDArray[np.int_]:

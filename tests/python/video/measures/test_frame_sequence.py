@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,21 @@ def test_frames_that_are_missing_or_there_twice_are_found(fault: str) -> None:
 def test_nothing_is_said_of_a_recording_that_is_whole(jitter: float) -> None:
     for seed in range(4):
         assert _found(_widths(seed, jitter)).doubts() == []
+
+
+def test_cycles_too_irregular_to_show_lost_frames_are_a_caution_of_the_frequency() -> None:
+    widths = _widths(1)
+    regular = 7.25 * np.arange(40)
+    scattered = regular + 0.5 * np.random.default_rng(3).standard_normal(40)
+    assert frame_sequence(widths, regular).caution() == ""
+    found = frame_sequence(widths, scattered)
+    assert found.irregular == pytest.approx(np.sqrt(np.mean(np.diff(scattered, 2) ** 2) / 2) / 7.25, rel=0.02)
+    assert not found.doubts()
+    assert re.search(r"scatter by \d+(\.\d)? %: an irregular voice, or frames", found.caution())
+    glide = np.cumsum(np.linspace(7, 9, 40))
+    assert frame_sequence(widths, glide).caution() == ""
+    slow = 80 * np.arange(40) + 0.2 * np.random.default_rng(3).standard_normal(40)
+    assert frame_sequence(widths, slow).caution() == ""
 
 
 def test_without_a_period_or_with_frames_that_are_not_known_nothing_is_found() -> None:
