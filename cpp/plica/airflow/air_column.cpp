@@ -1,31 +1,140 @@
 #include "plica/airflow/air_column.hpp"
 
+#include <cmath>
+
 #include "plica/core/error.hpp"
 
 namespace plica {
 
-std::vector<double> AirColumn::Memory::numbers() const { return {flow_stopped ? 1.0 : 0.0}; }
+void Tubes::validate() const {
+  if (!(sound_speed > 0) || !std::isfinite(sound_speed))
+    throw InvalidInput("Airflow", "sound_speed", sound_speed, "m/s", "> 0 and finite", "Is the unit right?");
+  if (trachea) trachea->validate("Trachea");
+  if (tract) tract->validate("Tract");
+}
+
+std::vector<double> AirColumn::Memory::numbers() const {
+  std::vector<double> numbers{flow_stopped ? 1.0 : 0.0};
+  if (trachea.size() + tract.size() == 0) return numbers;
+  for (const double value : {source, flow_below, flow_above, static_cast<double>(trachea.size())})
+    numbers.push_back(value);
+  numbers.insert(numbers.end(), trachea.begin(), trachea.end());
+  numbers.insert(numbers.end(), tract.begin(), tract.end());
+  return numbers;
+}
 
 AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
-  if (numbers.size() != 1)
-    throw InvalidInput("AirColumn", "numbers of its memory", static_cast<double>(numbers.size()), "", "1");
-  return {numbers[0] != 0};
+  constexpr std::size_t head = 5;
+  const auto count = static_cast<double>(numbers.size());
+  if (numbers.size() != 1 && numbers.size() <= head)
+    throw InvalidInput("AirColumn", "numbers of its memory", count, "", "1, or more than 5 with tubes");
+  Memory memory;
+  memory.flow_stopped = numbers[0] != 0;
+  if (numbers.size() == 1) return memory;
+  memory.source = numbers[1];
+  memory.flow_below = numbers[2];
+  memory.flow_above = numbers[3];
+  if (!(numbers[4] >= 0 && numbers[4] <= count - head))
+    throw InvalidInput("AirColumn", "numbers of the trachea in its memory", numbers[4], "",
+                       "in [0, " + number_text(count - head) + "]");
+  const auto below = static_cast<std::ptrdiff_t>(numbers[4]);
+  const auto all = Eigen::Map<const Vector>(numbers.data(), static_cast<std::ptrdiff_t>(numbers.size()));
+  memory.trachea = all.segment(head, below);
+  memory.tract = all.tail(all.size() - head - below);
+  return memory;
+}
+
+AirColumn::Side::Side(const Tube& tube, const Gas& gas, const char* where, double step)
+    : line(tube, gas, where), regular(line, step) {}
+
+LineStep& AirColumn::Side::begin(double duration, double regular_duration) {
+  if (duration == regular_duration) {
+    taken = &regular;
+  } else {
+    first.emplace(line, duration);
+    taken = &*first;
+  }
+  return *taken;
+}
+
+AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes) : airflow_(&airflow), step_(step) {
+  if (!tubes.any()) return;
+  tubes.validate();
+  const auto* slit = std::get_if<ViscousSlit>(&airflow.options().model);
+  const Gas gas{airflow.options().air_density, tubes.sound_speed, slit ? slit->air_viscosity : Gas{}.viscosity};
+  if (tubes.trachea) trachea_.emplace(*tubes.trachea, gas, "Trachea", step);
+  if (tubes.tract) tract_.emplace(*tubes.tract, gas, "Tract", step);
 }
 
 FlowState AirColumn::start(const Vector& areas) {
-  begin_step({}, 0.0, 0.0);
-  return evaluate(areas, Instant::last);
+  now_ = {};
+  air_last_ = air_weighted_ = airflow_->air(0.0);
+  if (!has_tubes()) return evaluate(areas, Instant::last);
+  now_.source = air_last_.subglottal_pressure;
+  if (trachea_) air_last_.subglottal_impedance = trachea_->line.steady_resistance();
+  if (tract_) air_last_.supraglottal_impedance = tract_->line.steady_resistance();
+  const FlowState flow = evaluate(areas, Instant::last);
+  now_.flow_below = flow.flow_below;
+  now_.flow_above = flow.flow_above;
+  if (trachea_) now_.trachea = trachea_->line.steady(-flow.flow_below, now_.source);
+  if (tract_) now_.tract = tract_->line.steady(flow.flow_above, 0.0);
+  return flow;
 }
 
-void AirColumn::begin_step(const Memory& memory, double last, double ahead) {
+void AirColumn::begin_step(const Memory& memory, double last, double ahead, Instant load) {
   now_ = memory;
   air_last_ = airflow_->air(last);
   air_weighted_ = airflow_->air(last + ahead);
+  if (!has_tubes()) return;
+  Air& air = load == Instant::last ? air_last_ : air_weighted_;
+  const double duration = last > 0 ? step_ : load == Instant::last ? 0.0 : ahead;
+  source_then_ = air.subglottal_pressure;
+  if (trachea_) {
+    LineStep& line = trachea_->begin(duration, step_);
+    line.begin(memory.trachea, -memory.flow_below, memory.source, source_then_);
+    air.subglottal_pressure = line.pressure();
+    air.subglottal_impedance = line.impedance();
+  }
+  if (tract_) {
+    LineStep& line = tract_->begin(duration, step_);
+    line.begin(memory.tract, memory.flow_above, 0.0, 0.0);
+    air.supraglottal_pressure = line.pressure();
+    air.supraglottal_impedance = line.impedance();
+  }
+  (load == Instant::last ? air_weighted_ : air_last_) = air;  // what is compared with the load has its tubes
 }
 
-FlowState AirColumn::evaluate(const Vector& areas, Instant at, const std::optional<Held>& held) const {
-  if (held) return airflow_->evaluate(areas, air(at), held->stopped, held->separation);
-  return airflow_->evaluate(areas, air(at), stopped());
+FlowState AirColumn::evaluate(const Vector& areas, Instant at, const std::optional<Held>& held,
+                              const AirwayExpansion* moving) const {
+  if (held) return airflow_->evaluate(areas, air(at), held->stopped, held->separation, moving);
+  return airflow_->evaluate(areas, air(at), stopped(), std::nullopt, moving);
+}
+
+AirColumn::Memory AirColumn::end_step(const FlowState& flow) {
+  if (trachea_) now_.trachea = trachea_->taken->end(-flow.flow_below, trachea_work_);
+  if (tract_) now_.tract = tract_->taken->end(flow.flow_above, tract_work_);
+  if (has_tubes()) {
+    now_.source = source_then_;
+    now_.flow_below = flow.flow_below;
+    now_.flow_above = flow.flow_above;
+  }
+  return now_;
+}
+
+void AirColumn::require(const Memory& memory) const {
+  const auto check = [](const char* name, const Vector& values, const std::optional<Side>& side) {
+    const std::ptrdiff_t size = side ? side->line.size() : 0;
+    if (values.size() != size)
+      throw InvalidInput("Simulation", std::string("numbers of the state's ") + name,
+                         static_cast<double>(values.size()), "", std::to_string(size),
+                         "It belongs to another scene.");
+    if (!values.allFinite())
+      throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
+  };
+  check("trachea", memory.trachea, trachea_);
+  check("tract", memory.tract, tract_);
+  for (const double value : {memory.source, memory.flow_below, memory.flow_above})
+    if (!std::isfinite(value)) throw InvalidInput("Simulation: the state's flows of the air must be finite.");
 }
 
 }  // namespace plica

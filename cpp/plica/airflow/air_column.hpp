@@ -3,18 +3,31 @@
 #include <vector>
 
 #include "plica/airflow/airflow.hpp"
+#include "plica/airflow/transmission_line.hpp"
 
 namespace plica {
 
-/// The air below and above the glottis: what drives the flow in a step, and what it remembers from step to step.
-/// This one has no length. The subglottal pressure acts below the sections and none above them; what it remembers
-/// is whether contact stopped the flow, which matters to Bernoulli's alone.
+/// The tubes of a scene: absent is one of no length, at the end of which the pressure is held.
+struct Tubes {
+  std::optional<Tube> trachea;  // from the first section down; its source is the subglottal pressure
+  std::optional<Tube> tract;    // from the last section up
+  double sound_speed = 350.0;   // m/s, > 0
+  bool any() const { return trachea || tract; }
+  void validate() const;  // throws InvalidInput
+};
+
+/// The air below and above the glottis: what drives the flow in a step, and what it remembers from step to step:
+/// whether contact stopped the flow, which matters to Bernoulli's alone, and the sound in its tubes, at the
+/// instant of the last step's load.
 class AirColumn {
  public:
   enum class Instant { last, weighted };  // t_n, t_{n+1+alpha}
   /// At the end of a step, as what a file keeps.
   struct Memory {
     bool flow_stopped = false;
+    double source = 0.0;                        // Pa, behind the trachea
+    double flow_below = 0.0, flow_above = 0.0;  // m^3/s
+    Vector trachea, tract;                      // TransmissionLine states; empty without
     std::vector<double> numbers() const;
     /// Throws InvalidInput for numbers that are not such.
     static Memory of(const std::vector<double>& numbers);
@@ -25,28 +38,53 @@ class AirColumn {
     int separation;
   };
 
-  /// The airflow must outlive it.
-  explicit AirColumn(const Airflow& airflow) : airflow_(&airflow) {}
+  /// The airflow must outlive it. step: s, that between loads after the first. Throws InvalidInput.
+  AirColumn(const Airflow& airflow, double step, const Tubes& tubes = {});
 
   const Airflow& airflow() const { return *airflow_; }
-  /// The flow through areas (s) m^2 at t = 0, before which nothing was.
+  /// Whether flows change the pressures at the ends.
+  bool has_tubes() const { return trachea_ || tract_; }
+  /// The flow through areas (s) m^2 at t = 0, before which it has always been so.
   FlowState start(const Vector& areas);
-  /// A step begins at t_n = `last` (s), whose loads are those of t_n + `ahead`.
-  void begin_step(const Memory& memory, double last, double ahead);
+  /// A step begins at t_n = `last` (s), whose loads are those of t_n + `ahead`, or of t_n where that is their
+  /// instant.
+  void begin_step(const Memory& memory, double last, double ahead, Instant load = Instant::weighted);
   /// What drives the flow then.
   const Air& air(Instant at) const { return at == Instant::last ? air_last_ : air_weighted_; }
-  /// The flow through areas (s) m^2 then, and how it presses.
-  FlowState evaluate(const Vector& areas, Instant at, const std::optional<Held>& held = {}) const;
+  /// The flow through areas (s) m^2 then, and how it presses on walls that move so; at rest without `moving`.
+  FlowState evaluate(const Vector& areas, Instant at, const std::optional<Held>& held = {},
+                     const AirwayExpansion* moving = nullptr) const;
   /// Whether contact stops the flow, from now on.
   void stop(bool stopped) { now_.flow_stopped = stopped; }
   bool stopped() const { return now_.flow_stopped; }
-  /// What it remembers of the step that has been made.
-  Memory end_step() const { return now_; }
+  const Memory& remembered() const { return now_; }
+  /// What it remembers of the step that has been made, whose load was of this flow.
+  Memory end_step(const FlowState& flow);
+  /// Throws InvalidInput for a memory that is not of these tubes.
+  void require(const Memory& memory) const;
+
+  /// J, of all steps of this object: what crossed the borders of the tubes, and was lost in them.
+  const LineWork& trachea_work() const { return trachea_work_; }
+  const LineWork& tract_work() const { return tract_work_; }
 
  private:
+  /// A tube, and its steps: the one after t = 0 may be shorter.
+  struct Side {
+    Side(const Tube& tube, const Gas& gas, const char* where, double step);
+    TransmissionLine line;
+    LineStep regular;
+    std::optional<LineStep> first;
+    LineStep& begin(double duration, double regular_duration);
+    LineStep* taken = nullptr;
+  };
+
   const Airflow* airflow_;
+  double step_;
+  std::optional<Side> trachea_, tract_;
+  double source_then_ = 0.0;
   Air air_last_, air_weighted_;
   Memory now_;
+  LineWork trachea_work_, tract_work_;
 };
 
 }  // namespace plica

@@ -104,8 +104,8 @@ Air Airflow::air(double time) const {
   return {options_.subglottal_pressure * sine * sine, options_.air_density};  // 1 - cos would cancel early on
 }
 
-FlowState Airflow::evaluate(const Vector& areas, const Air& air, bool stopped,
-                            std::optional<int> separation) const {
+FlowState Airflow::evaluate(const Vector& areas, const Air& air, bool stopped, std::optional<int> separation,
+                            const AirwayExpansion* moving) const {
   if (areas.size() != sections_.count())
     throw InvalidInput("Airflow", "number of areas", static_cast<double>(areas.size()), "",
                        "the number of sections, " + std::to_string(sections_.count()));
@@ -114,8 +114,8 @@ FlowState Airflow::evaluate(const Vector& areas, const Air& air, bool stopped,
   if (separation && (*separation < 0 || *separation >= areas.size()))
     throw InvalidInput("Airflow", "separation", *separation, "", "in [0, " + std::to_string(areas.size()) + ")");
   if (const auto* slit = std::get_if<ViscousSlit>(&options_.model))
-    return viscous_slit_flow(*slit, air, {sections_.height, length_}, areas);
-  return bernoulli_flow(air, closed_area_, areas, stopped, separation);
+    return viscous_slit_flow(*slit, air, {sections_.height, length_}, areas, moving);
+  return bernoulli_flow(air, closed_area_, areas, stopped, separation, moving);
 }
 
 double Airflow::pressure_at(const Place& place, const AirwayPressure& pressure) {
@@ -129,6 +129,11 @@ Vector Airflow::nodal_pressure(const AirwayPressure& pressure) const {
   Vector nodal(nodes_.size());
   for (std::ptrdiff_t n = 0; n < nodal.size(); ++n) nodal[n] = pressure_at(places_[n], pressure);
   return nodal;
+}
+
+AirwayExpansion Airflow::expansion(const Vector& velocity) const {
+  require_size("Airflow", "velocity", velocity.size(), 3 * nodes_.size());
+  return {patterns_.below.dot(velocity), patterns_.sections.transpose() * velocity, patterns_.above.dot(velocity)};
 }
 
 void Airflow::add_load(const Points& x, const AirwayPressure& pressure, Vector& force) const {

@@ -47,7 +47,7 @@ class Airflow {
   /// The flow of this air through these areas (s), by the model: viscous_slit_flow or bernoulli_flow. `stopped`
   /// and `separation` are the latter's alone.
   FlowState evaluate(const Vector& areas, const Air& air, bool stopped = false,
-                     std::optional<int> separation = std::nullopt) const;
+                     std::optional<int> separation = std::nullopt, const AirwayExpansion* moving = nullptr) const;
   /// The same after the pressure's rise.
   FlowState evaluate(const Vector& areas, bool stopped = false,
                      std::optional<int> separation = std::nullopt) const {
@@ -57,6 +57,8 @@ class Airflow {
   /// curved six-node faces are integrated as they are. On the reference shape it is that of load_patterns; on the
   /// current one faces interpolate nodal_pressure.
   void add_load(const Points& x, const AirwayPressure& pressure, Vector& force) const;
+  /// How fast the interface gives way at velocities (3 nodes) m/s of nodes(), on the reference shape.
+  AirwayExpansion expansion(const Vector& velocity) const;
   /// The load on the reference shape as a linear map of the section pressures.
   const LoadPatterns& load_patterns() const { return patterns_; }
   /// (surface nodes) Pa, interpolated between sections along the reference height.

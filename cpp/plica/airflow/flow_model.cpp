@@ -35,7 +35,76 @@ double mean_friction(double from, double to, double m, double r) {
   return mean;
 }
 
+/// Ends of the airway from which a flow U comes and to which it goes, the walls giving way by `displaced`, of
+/// which `from_below` comes from below: the drop of pressure that drives U is what is left.
+double drop_without_flow(const Air& air, double from_below, double displaced) {
+  const double drop = air.subglottal_pressure - air.supraglottal_pressure;
+  if (displaced == 0 && from_below == 0) return drop;
+  return drop - air.subglottal_impedance * from_below + air.supraglottal_impedance * (displaced - from_below);
+}
+
+/// Flows and pressures at the ends.
+void set_ends(const Air& air, double from_below, double displaced, FlowState& state) {
+  state.flow_below = state.flow + from_below;
+  state.flow_above = state.flow - (displaced - from_below);
+  state.subglottal_pressure = air.subglottal_pressure;
+  state.supraglottal_pressure = air.supraglottal_pressure;
+  if (air.subglottal_impedance != 0) state.subglottal_pressure -= air.subglottal_impedance * state.flow_below;
+  if (air.supraglottal_impedance != 0)
+    state.supraglottal_pressure += air.supraglottal_impedance * state.flow_above;
+}
+
+/// m^3/s, of drop = R U + rho U |U| exit / 2.
+double flow_of(double drop, double R, double density, double exit) {
+  if (drop == 0) return 0;  // which 0 / 0 is not where there is no friction
+  return 2 * drop / (R + std::sqrt(R * R + 2 * density * std::abs(drop) * exit));
+}
+
+/// What walls along a slit displace, and its share of the drop as the flow has it: with the head h = rho |U| / 2
+/// the part (h (exit - 1 / e_i^2) + R - R_i) / (h exit + R) of a section comes from below.
+struct SlitWalls {
+  double below = 0.0, displaced = 0.0;  // m^3/s: below the first section; of all walls
+  double head = 0.0, friction = 0.0;    // of the sections: sums of the two parts of the numerator
+  double from_below(double h, double exit, double R) const {
+    const double drop = h * exit + R;
+    return below + (drop > 0 ? (h * head + friction) / drop : head / exit);
+  }
+};
+
+/// The flow that ends and walls leave; they depend on it in turn, a little, by how much of the drop is friction.
+void set_slit_flow(const Air& air, double exit, double R, const SlitWalls* walls, FlowState& state) {
+  constexpr int most = 100;
+  const double impedance = air.impedance();
+  if (!walls) {
+    state.flow = flow_of(drop_without_flow(air, 0, 0), R + impedance, air.density, exit);
+    return set_ends(air, 0, 0, state);
+  }
+  double from_below = 0;
+  for (int i = 0;; ++i) {
+    from_below = walls->from_below(0.5 * air.density * std::abs(state.flow), exit, R);
+    const double before = state.flow;
+    state.flow = flow_of(drop_without_flow(air, from_below, walls->displaced), R + impedance, air.density, exit);
+    if (std::abs(state.flow - before) <= 1e-14 * (std::abs(state.flow) + std::abs(walls->displaced))) break;
+    if (i == most)
+      throw SolveFailed("Airflow: the flow through walls that move by " + number_text(walls->displaced) +
+                        " m^3/s has not settled within " + std::to_string(most) + " passes.");
+  }
+  set_ends(air, from_below, walls->displaced, state);
+}
+
 }  // namespace
+
+Vector AirwayPressure::all() const {
+  Vector values(sections.size() + 2);
+  values << sections, below, above;
+  return values;
+}
+
+AirwayPressure AirwayPressure::of(const Vector& all) {
+  require_at_least("AirwayPressure", "values", all.size(), 2);
+  const std::ptrdiff_t count = all.size() - 2;
+  return {all[count], all.head(count), all[count + 1]};
+}
 
 void Bernoulli::validate() const {
   if (!(zero_flow_fraction >= 0 && zero_flow_fraction <= 1))
@@ -55,13 +124,12 @@ void ViscousSlit::validate() const {
 }
 
 FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas, bool stopped,
-                         std::optional<int> separation) {
+                         std::optional<int> separation, const AirwayExpansion* moving) {
   require_at_least("bernoulli_flow", "areas", areas.size(), 1);
   if (separation) require_index("bernoulli_flow", "separation", *separation, areas.size());
+  if (moving) require_size("bernoulli_flow", "moving.sections", moving->sections.size(), areas.size());
   FlowState state;
   state.area = areas;
-  state.subglottal_pressure = air.subglottal_pressure;
-  state.supraglottal_pressure = air.supraglottal_pressure;
   std::ptrdiff_t least = 0;
   const double least_area = areas.minCoeff(&least);
   state.stopped = stopped;
@@ -77,28 +145,36 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
     state.separation = static_cast<int>(least);
   }
   const double throat = state.stopped ? 0 : std::max(areas[state.separation], 0.0);
-  const double drop = air.subglottal_pressure - air.supraglottal_pressure;
-  state.pressure = Vector::Constant(areas.size(), air.supraglottal_pressure);
+  Vector& share = state.pressure;  // of the drop, then pressures
+  share = Vector::Zero(areas.size());
   for (int i = 0; i < state.separation; ++i) {
     const double ratio = throat < areas[i] ? throat / areas[i] : (throat > 0 ? 1.0 : 0.0);
-    state.pressure[i] += drop * (1 - ratio * ratio);
+    share[i] = 1 - ratio * ratio;
   }
-  state.flow = std::copysign(std::sqrt(2 * std::abs(drop) / air.density) * throat, drop);
+  const double from_below = moving ? moving->below + share.dot(moving->sections) : 0.0;
+  const double displaced = moving ? moving->total() : 0.0;
+  double drop = drop_without_flow(air, from_below, displaced);
+  if (air.impedance() == 0)
+    state.flow = std::copysign(std::sqrt(2 * std::abs(drop) / air.density) * throat, drop);
+  else if (throat > 0)
+    state.flow = flow_of(drop, air.impedance(), air.density, 1 / (throat * throat));
+  set_ends(air, from_below, displaced, state);
+  drop = state.subglottal_pressure - state.supraglottal_pressure;
+  for (double& pressure : share) pressure = state.supraglottal_pressure + drop * pressure;
   state.supplied_power = state.jet_power = drop * state.flow;
   return state;
 }
 
-FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel,
-                            const Vector& areas) {
+FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel, const Vector& areas,
+                            const AirwayExpansion* moving) {
   const std::ptrdiff_t count = areas.size();
   require_at_least("viscous_slit_flow", "areas", count, 1);
   require_size("viscous_slit_flow", "channel.height", channel.height.size(), count);
   require_size("viscous_slit_flow", "channel.length", channel.length.size(), count);
+  if (moving) require_size("viscous_slit_flow", "moving.sections", moving->sections.size(), count);
   const double r = model.separation_ratio;
   FlowState state;
   state.area = areas;
-  state.subglottal_pressure = air.subglottal_pressure;
-  state.supraglottal_pressure = air.supraglottal_pressure;
   Vector a(count);
   for (std::ptrdiff_t i = 0; i < count; ++i)
     a[i] = floored(areas[i], model.least_gap * channel.length[i] * channel.length[i]);
@@ -131,11 +207,15 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
                                             (channel.height[i] - channel.height[i - 1]) * friction;
   }
   const double exit = stream[count - 1], total = resistance[count - 1];
-  const double drop = air.subglottal_pressure - air.supraglottal_pressure;
-  if (drop != 0)  // else 0, which 0 / 0 is not where there is no friction
-    state.flow = 2 * drop / (total + std::sqrt(total * total + 2 * air.density * std::abs(drop) * exit));
+  SlitWalls walls;
+  if (moving)
+    walls = {moving->below, moving->total(), (exit - stream.array()).matrix().dot(moving->sections),
+             (total - resistance.array()).matrix().dot(moving->sections)};
+  set_slit_flow(air, exit, total, moving ? &walls : nullptr, state);
+  const double drop = state.subglottal_pressure - state.supraglottal_pressure;
   const double head = 0.5 * air.density * state.flow * std::abs(state.flow);
-  stream = air.supraglottal_pressure + head * (exit - stream.array()) + state.flow * (total - resistance.array());
+  stream =
+      state.supraglottal_pressure + head * (exit - stream.array()) + state.flow * (total - resistance.array());
   state.supplied_power = drop * state.flow;
   state.jet_power = head * exit * state.flow;
   state.viscous_power = total * state.flow * state.flow;

@@ -10,7 +10,19 @@ struct AirwayPressure {
   double below = 0.0;
   Vector sections;  // (s)
   double above = 0.0;
+  /// (s + 2) sections, below, above; and from these.
+  Vector all() const;
+  static AirwayPressure of(const Vector& all);
   bool same_ends(const AirwayPressure& other) const { return below == other.below && above == other.above; }
+};
+
+/// How fast the walls of the airway give way, m^3/s: below the first section, at the sections, above the last.
+/// Times AirwayPressure this is the power of the air on them.
+struct AirwayExpansion {
+  double below = 0.0;
+  Vector sections;  // (s)
+  double above = 0.0;
+  double total() const { return below + sections.sum() + above; }
 };
 
 /// What the flow does at one instant.
@@ -21,10 +33,12 @@ struct FlowState {
   bool stopped = false;                // Bernoulli only: contact inside the middle of the glottis, or no area left
   double subglottal_pressure = 0.0;    // Pa, below the first section
   double supraglottal_pressure = 0.0;  // Pa, in the jet and above the last section
-  double flow = 0.0;                   // m^3/s, upwards
-  double supplied_power = 0.0;         // W, the difference of these pressures times flow: the sum of the next two
-  double jet_power = 0.0;              // W, kinetic energy that leaves with the jet
-  double viscous_power = 0.0;          // W, lost to friction at the walls
+  double flow = 0.0;                   // m^3/s, upwards, through the glottis
+  double flow_below = 0.0;  // m^3/s, into the airway from below: the flow and what the walls there make room for
+  double flow_above = 0.0;  // m^3/s, out of it above: the flow without what they make room for there
+  double supplied_power = 0.0;  // W, the difference of these pressures times flow: the sum of the next two
+  double jet_power = 0.0;       // W, kinetic energy that leaves with the jet
+  double viscous_power = 0.0;   // W, lost to friction at the walls
 
   AirwayPressure on_walls() const { return {subglottal_pressure, pressure, supraglottal_pressure}; }
 };
@@ -34,6 +48,10 @@ struct Air {
   double subglottal_pressure = 800.0;  // Pa, below the first section
   double density = 1.23;               // kg/m^3, > 0
   double supraglottal_pressure = 0.0;  // Pa, above the last section; where it is the larger one, air flows back
+  /// Pa s/m^3, what a tube takes from the one and adds to the other for the flow out of and into it: the pressures
+  /// above are then those without such flows.
+  double subglottal_impedance = 0.0, supraglottal_impedance = 0.0;
+  double impedance() const { return subglottal_impedance + supraglottal_impedance; }
 };
 
 /// The thesis's flow, Paper A, Eqs. (1) and (2): inviscid, separated at the section of least area, stopped by
@@ -68,8 +86,13 @@ struct Channel {
 /// flow is stopped. With a given `separation` both it and `stopped` are held, whatever the areas: a_min is then
 /// the area there (at least 0) and a ratio above 1 counts as 1, so that pressures are continuous in the areas and
 /// within [0, p_s]. O(s).
+///
+/// Both models divide the air that walls displace so that the flow itself takes no power from it: the share (p_i -
+/// p_above) / (p_below - p_above) of what makes room at section i comes from below, the rest from above
+/// (docs/theory/tubes.md). Without `moving` walls are at rest. With the flows U below and above the pressures
+/// there are p_s - Z_s U_below and p_e + Z_e U_above.
 FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas, bool stopped,
-                         std::optional<int> separation = std::nullopt);
+                         std::optional<int> separation = std::nullopt, const AirwayExpansion* moving = nullptr);
 
 /// With the floored area a, its least value upstream m(z), r = separation_ratio, the area of the stream is
 /// e = min(a, r m), and
@@ -80,6 +103,7 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
 /// 0 in the free jet, and negative where the glottis widens. With D the difference of both pressures,
 /// U = 2 D / (R + sqrt(R^2 + 2 rho |D| / e_exit^2)). Air that flows back has the same loss: where its jet would
 /// leave the wall is not modelled. Areas are finite, which Airflow::evaluate checks. O(s).
-FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel, const Vector& areas);
+FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel, const Vector& areas,
+                            const AirwayExpansion* moving = nullptr);
 
 }  // namespace plica

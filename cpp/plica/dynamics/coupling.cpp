@@ -14,6 +14,14 @@ namespace {
 
 using Instant = CoupledStep::Instant;
 
+/// The flow through the airway of the step as it is.
+FlowState flow_through(const CoupledStep& step, const AirColumn& air, Instant at,
+                       const std::optional<AirColumn::Held>& held = {}) {
+  if (!air.has_tubes()) return air.evaluate(step.areas(at), at, held);
+  const AirwayExpansion moving = step.expansion(at);
+  return air.evaluate(step.areas(at), at, held, &moving);
+}
+
 /// Under the load of the flow through the sections as they are then; the residual is by how much that through the
 /// sections where they have come to differs from it.
 FlowRecord once(Instant at, AirColumn& air, CoupledStep& step) {
@@ -21,13 +29,13 @@ FlowRecord once(Instant at, AirColumn& air, CoupledStep& step) {
   record.sweeps = 1;
   {
     const Stopwatch watch(step.times().load);
-    record.state = air.evaluate(step.areas(at), at);
+    record.state = flow_through(step, air, at);
   }
   const FlowState& taken = record.state;
   step.move(taken.on_walls(), at);
   const Stopwatch watch(step.times().load);
   air.stop(step.blocks());
-  const FlowState reached = air.evaluate(step.areas(Instant::weighted), Instant::weighted);
+  const FlowState reached = flow_through(step, air, Instant::weighted);
   record.residual = pressure_difference(air.airflow(), reached.pressure, taken.pressure);
   return record;
 }
@@ -57,7 +65,7 @@ FlowRecord couple(const Extrapolated&, AirColumn& air, CoupledStep& step) {
 
 FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
-  AirwayPressure pressure = air.evaluate(step.areas(Instant::weighted), Instant::weighted).on_walls();
+  AirwayPressure pressure = flow_through(step, air, Instant::weighted).on_walls();
   Anderson mixing(depth);
   FlowRecord record;
   std::optional<AirColumn::Held> held;
@@ -65,8 +73,10 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
     step.move(pressure, Instant::weighted);
     const Stopwatch watch(step.times().load);
     if (!held) air.stop(step.blocks());
-    record.state = air.evaluate(step.areas(Instant::weighted), Instant::weighted, held);
-    record.residual = pressure_difference(air.airflow(), record.state.pressure, pressure.sections);
+    record.state = flow_through(step, air, Instant::weighted, held);
+    const Vector found = air.has_tubes() ? record.state.on_walls().all() : record.state.pressure;
+    const Vector taken = air.has_tubes() ? pressure.all() : pressure.sections;
+    record.residual = pressure_difference(air.airflow(), found, taken);
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
     if (!held && record.sweeps >= coupling.freeze_after && air.airflow().stops_at_contact()) {
@@ -74,8 +84,11 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
       held = {record.state.stopped, record.state.separation};
       mixing.forget();
     }
-    // At the ends it is the air's, whatever flows.
-    pressure.sections = mixing.next(pressure.sections, record.state.pressure);
+    const Vector next = mixing.next(taken, found);
+    if (air.has_tubes())
+      pressure = AirwayPressure::of(next);
+    else  // at the ends it is the air's, whatever flows
+      pressure.sections = next;
   }
 }
 

@@ -15,6 +15,8 @@ class CoupledStep {
   virtual ~CoupledStep() = default;
   /// (s) m^2; weighted ones are extrapolated until it is moved, then those of where it has been moved.
   virtual Vector areas(Instant at) const = 0;
+  /// How fast the walls of the airway give way then, extrapolated as areas are.
+  virtual AirwayExpansion expansion(Instant at) const = 0;
   /// Moves it under this pressure, which acts on the tissue where it is `at`.
   virtual void move(const AirwayPressure& pressure, Instant at) = 0;
   /// Whether contact, nodes or edges, lies in the middle of the glottis.

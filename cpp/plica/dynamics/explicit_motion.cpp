@@ -173,6 +173,11 @@ class ExplicitStep final : public NodalStep {
                SceneContact* contact, StepTimes& times);
 
   Vector areas(Instant at) const override { return flow_->areas(positions(at)); }
+  AirwayExpansion expansion(Instant at) const override {
+    return flow_->expansion([&](std::int32_t node) -> Vector3 {
+      return explicit_.motion_.at(node, at == Instant::last ? last_.velocity : velocity_);
+    });
+  }
   void move() override { now_.load = scene_load_; }
   void move(const AirwayPressure& pressure, Instant at) override;
   bool blocks() const override {

@@ -28,7 +28,7 @@ State initial_state(const Scene& scene, const Motion& motion, const SceneLoads& 
     airflow.add_load(x, flow.on_walls(), state.flow_load);
     state.flow_load = motion.folded(std::move(state.flow_load));
     state.load += state.flow_load;
-    state.air = air->end_step();
+    state.air = air->remembered();
     state.supplied_power = flow.supplied_power;
     state.viscous_power = flow.viscous_power;
   }

@@ -6,9 +6,10 @@
 
 namespace plica {
 
-PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion, Indices nodes)
+PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion, Indices nodes, bool ends)
     : images_(motion.images()),
       nodes_(std::move(nodes)),
+      ends_(ends),
       least_rows_(nodes_.size() == 0 ? 0 : nodes_.maxCoeff() + std::ptrdiff_t{1}),
       own_(images_ ? images_->nodes_of(nodes_) : nodes_),
       place_(nodes_.size()) {
@@ -19,8 +20,9 @@ PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion,
   std::vector<std::int32_t> place(static_cast<std::size_t>(supports.size() / 3), -1);
   for (std::int32_t i = 0; i < own_.size(); ++i) place[static_cast<std::size_t>(own_[i])] = i;
   for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) place_[i] = place[static_cast<std::size_t>(own(nodes_[i]))];
-  const auto& patterns = airflow.load_patterns().sections;  // rows: three a surface node
-  const std::ptrdiff_t sections = patterns.cols();
+  const LoadPatterns& load_patterns = airflow.load_patterns();
+  const auto& patterns = load_patterns.sections;  // rows: three a surface node
+  const std::ptrdiff_t sections = patterns.cols() + (ends ? 2 : 0);
   at_nodes_.resize(3 * own_.size(), sections);
   everywhere_.resize(supports.size(), sections);
   for (std::ptrdiff_t first = 0; first < sections; first += LinearSolver::pack) {
@@ -34,6 +36,9 @@ PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion,
       for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(patterns, row); entry; ++entry)
         if (entry.col() >= first && entry.col() < first + count)
           load(unknown, entry.col() - first) += sign * entry.value();
+      for (int end = 0; ends && end < 2; ++end)
+        if (const std::ptrdiff_t at = patterns.cols() + end - first; at >= 0 && at < count)
+          load(unknown, at) += sign * (end == 0 ? load_patterns.below : load_patterns.above)[row];
     }
     for (const Convergence& end : A.solve_many(load, response, A.tolerance()))
       if (!end.converged)
@@ -45,6 +50,10 @@ PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion,
       at_nodes_.block(3 * i, first, 3, count) = response.middleRows<3>(3 * static_cast<std::ptrdiff_t>(own_[i]));
     everywhere_.middleCols(first, count) = response.cast<float>();
   }
+}
+
+Vector PressureResponse::difference(const AirwayPressure& one, const AirwayPressure& other) const {
+  return ends_ ? Vector(one.all() - other.all()) : Vector(one.sections - other.sections);
 }
 
 void PressureResponse::displace(const Vector& pressure, double scale, Points& x) const {

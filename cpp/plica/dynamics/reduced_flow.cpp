@@ -23,6 +23,7 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Motion& full, const Modal
   const Eigen::MatrixXd sections = (patterns.sections.transpose() * shapes).transpose();
   const Eigen::MatrixXd accelerations = motion.inverse() * sections;
   sections_ = PanelMatrix(sections);
+  rates_ = PanelMatrix(sections.transpose());
   accelerations_ = PanelMatrix(accelerations);
   x_accelerations_ = SinglePanelMatrix(positions.shapes() * accelerations);
 }

@@ -27,6 +27,10 @@ class ReducedFlow {
   void x_acceleration(const Vector& pressure, Eigen::VectorXf& found) const {
     x_accelerations_.multiply(pressure.cast<float>(), found);
   }
+  /// How fast the airway gives way at the coordinates' velocity (r).
+  AirwayExpansion expansion(const Vector& velocity) const {
+    return {below_.dot(velocity), rates_ * velocity, above_.dot(velocity)};
+  }
   /// (s, 3) m, the points of the sections in the mid-coronal plane on the right or on the left fold.
   Points coronal(Side side, const Vector& q) const;
 
@@ -48,6 +52,7 @@ class ReducedFlow {
   ReducedAreas areas_;
   Vector below_, above_;
   PanelMatrix sections_, accelerations_;  // (r, s)
+  PanelMatrix rates_;                     // (s, r) m^2, of the airway's volume at each section
   SinglePanelMatrix x_accelerations_;  // (n, s); 6e-8 of what pressures move in a step, 1e-13 m at 1 kPa and 50 us
   Line right_;
   std::optional<Line> left_;  // absent where it is the right one's mirror image

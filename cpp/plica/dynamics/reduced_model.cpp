@@ -90,8 +90,9 @@ ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_lo
   AirwayPressure ends;
   if (air_) {
     const double h = motion_.step();
-    air_->begin_step(last.air, static_cast<double>(last.step) * h, (1 + motion_.scheme().alpha) * h);
-    const Air& air = air_->air(load_instant(scene_.airflow->coupling));
+    const AirColumn::Instant load = load_instant(scene_.airflow->coupling);
+    air_->begin_step(last.air, static_cast<double>(last.step) * h, (1 + motion_.scheme().alpha) * h, load);
+    const Air& air = air_->air(load);
     ends = {air.subglottal_pressure, {}, air.supraglottal_pressure};
   }
   step_->begin(last, scene_load, ends, times);
@@ -100,7 +101,7 @@ ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_lo
   else
     step_->move();
   step_->end(now);
-  if (air_) now.air = air_->end_step();
+  if (air_) now.air = air_->end_step(taken.flow->state);
   {
     const Stopwatch watch(times.ledger);
     if (taken.flow) {

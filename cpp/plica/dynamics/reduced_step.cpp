@@ -86,10 +86,22 @@ void ReducedStep::touch() {
   if (flow_ && contact_->touches()) weighted_x_ += weight() * inertia() * contact_->x_acceleration();
 }
 
-Vector ReducedStep::free_end() const {
+Vector ReducedStep::free_acceleration() const {
   Vector acceleration = Vector::Zero(free_.size());
   if (pressure_.size() > 0) flow_->acceleration(pressure_, acceleration);
-  return displacement_predictor_ + inertia() * (free_ + acceleration);
+  return free_ + acceleration;
+}
+
+Vector ReducedStep::free_end() const { return displacement_predictor_ + inertia() * free_acceleration(); }
+
+AirwayExpansion ReducedStep::expansion(Instant at) const {
+  const double h = motion_.step();
+  if (at == Instant::last) return flow_->expansion(last_->velocity);
+  if (pressure_.size() == 0) return flow_->expansion(last_->velocity + weight() * h * last_->acceleration);
+  Vector acceleration = free_acceleration();
+  if (contact_) acceleration += contact_->acceleration();
+  const Vector now = velocity_predictor_ + motion_.scheme().gamma * h * acceleration;
+  return flow_->expansion(weight() * now - motion_.scheme().alpha * last_->velocity);
 }
 
 Vector ReducedStep::areas(Instant at) const {

@@ -24,6 +24,7 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   void move();
   void move(const AirwayPressure& pressure, Instant at) override;
   Vector areas(Instant at) const override;
+  AirwayExpansion expansion(Instant at) const override;
   bool blocks() const override;
   StepTimes& times() const override { return *times_; }
 
@@ -37,6 +38,7 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   void touch();
   const Vector& contact_x() const override { return contact_x_; }
   Vector free_end() const override;
+  Vector free_acceleration() const;  // without contact
   double inertia() const { return motion_.scheme().inertia(motion_.step()); }
   double weight() const { return motion_.scheme().weight(); }
 

@@ -2,6 +2,7 @@
 #include <optional>
 #include <string>
 
+#include "plica/airflow/air_column.hpp"
 #include "plica/airflow/airflow.hpp"
 #include "plica/contact/collision.hpp"
 #include "plica/dynamics/coupling.hpp"
@@ -17,6 +18,7 @@ struct AirflowPart {
   std::string surface = "airway";
   Airflow::Options flow;
   Coupling coupling = Iterated{};
+  Tubes tubes{};
   void validate() const;  // throws InvalidInput: the coupling, and what of it must fit the flow
 };
 

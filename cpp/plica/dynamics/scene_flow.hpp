@@ -18,16 +18,24 @@ class SceneFlow {
 
   const Airflow& airflow() const { return airflow_; }
   /// Solves for the response of these nodes where a coupling that iterates can use it: the load is linear in the
-  /// pressures on the reference shape. Throws SolveFailed.
-  void find_response(const Coupling& coupling, const Motion& motion, const Indices& nodes) {
+  /// pressures on the reference shape. `of_ends`: to those at the ends, too. Throws SolveFailed.
+  void find_response(const Coupling& coupling, const Motion& motion, const Indices& nodes, bool of_ends) {
     if (std::holds_alternative<Iterated>(coupling) &&
         std::holds_alternative<Airflow::ReferenceShape>(airflow_.options().load_shape))
-      response_.emplace(airflow_, motion, nodes);
+      response_.emplace(airflow_, motion, nodes, of_ends);
   }
   /// Null where it was not found.
   const PressureResponse* response() const { return response_ ? &*response_ : nullptr; }
   /// (s) m^2
   Vector areas(const Points& x) const { return origin_.isZero(0) ? airflow_.areas(x) : airflow_.areas(placed(x)); }
+  /// How fast the airway gives way at the velocities of its nodes, velocity(node) m/s.
+  template <class Velocity>
+  AirwayExpansion expansion(const Velocity& velocity) const {
+    const Indices& nodes = airflow_.nodes();
+    Vector all(3 * nodes.size());
+    for (std::ptrdiff_t n = 0; n < nodes.size(); ++n) all.segment<3>(3 * n) = velocity(nodes[n]);
+    return airflow_.expansion(all);
+  }
   /// Adds the force of the pressure on the tissue at x to `load`, N, of the motion's unknowns.
   void add_load(const Points& x, const AirwayPressure& pressure, Vector& load) const {
     if (!images_) return add_load_everywhere(x, pressure, load);

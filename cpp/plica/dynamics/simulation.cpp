@@ -39,7 +39,7 @@ Simulation::Simulation(Scene scene, Options options)
   if (motion_.is_explicit()) explicit_.emplace(scene_, motion_);
   if (scene_.airflow) {
     flow_.emplace(scene_, motion_);
-    air_.emplace(flow_->airflow());
+    air_.emplace(flow_->airflow(), motion_.step(), scene_.airflow->tubes);
     coupling_ = scene_.airflow->coupling;
     // Explicit steps have nothing to iterate.
     if (explicit_ && load_instant(coupling_) == AirColumn::Instant::weighted) coupling_ = Extrapolated{};
@@ -52,7 +52,7 @@ Simulation::Simulation(Scene scene, Options options)
   if (scene_.reduction)
     reduced_.emplace(scene_, motion_, air_ ? &*air_ : nullptr);
   else if (flow_ && !explicit_)
-    flow_->find_response(scene_.airflow->coupling, motion_, seen_);
+    flow_->find_response(scene_.airflow->coupling, motion_, seen_, air_->has_tubes());
   begin();
 }
 
@@ -167,6 +167,7 @@ State Simulation::renewed(State state) const {
 
 void Simulation::restore(State state) {
   state.validate(shape_of_states());
+  if (air_) air_->require(state.air);
   products_of_states().require(state);
   state_ = std::move(state);
   record_ = StepRecord{};
@@ -197,7 +198,7 @@ void Simulation::advance() {
     const std::unique_ptr<NodalStep> step = begun_step(scene_load);
     std::optional<FlowRecord> flow;
     if (air_) {
-      air_->begin_step(state_.air, time(), ahead);
+      air_->begin_step(state_.air, time(), ahead, load_instant(coupling_));
       // Contact at the end of an explicit step is known from its beginning.
       if (explicit_ && load_instant(coupling_) == AirColumn::Instant::weighted) air_->stop(step->blocks());
       flow = couple(coupling_, *air_, *step);
@@ -206,7 +207,7 @@ void Simulation::advance() {
     }
     step->complete();
     State now = step->end();
-    if (air_) now.air = air_->end_step();
+    if (air_) now.air = air_->end_step(flow->state);
     keep(std::move(now), flow, scene_load, *step);
   } catch (const SolveFailed& failure) {
     throw failed(failure);

@@ -78,6 +78,20 @@ void Step::move() {
 
 Vector Step::areas(Instant instant) const { return flow_->areas(at(instant)); }
 
+AirwayExpansion Step::expansion(Instant instant) const {
+  const auto& [alpha, beta, gamma] = motion_.scheme();
+  const double h = motion_.step(), weight = motion_.scheme().weight();
+  return flow_->expansion([&, alpha = alpha, gamma = gamma](std::int32_t node) -> Vector3 {
+    const Vector3 before = motion_.at(node, last_.velocity);
+    if (instant == Instant::last) return before;
+    if (!moved_) return before + weight * h * motion_.at(node, last_.acceleration);
+    const Vector3 u = x_.row(node).transpose() - motion_.reference().row(node).transpose();
+    const Vector3 a = (u - motion_.at(node, displacement_predictor_)) / inertia();
+    const Vector3 now = motion_.at(node, velocity_predictor_) + gamma * h * a;
+    return weight * now - alpha * before;
+  });
+}
+
 void Step::move(const AirwayPressure& pressure, Instant instant) {
   {
     const Stopwatch watch(times_.load);
@@ -85,7 +99,8 @@ void Step::move(const AirwayPressure& pressure, Instant instant) {
     flow_->add_load(at(instant), pressure, load_);
     pressure_ = pressure;
   }
-  if (!response_ || !pressure.same_ends(solved_at_)) {  // it is that of sections
+  moved_ = true;
+  if (!response_ || (!response_->ends() && !pressure.same_ends(solved_at_))) {
     solve_free();
     response_ = flow_->response();
     solved_at_ = pressure;
@@ -113,7 +128,7 @@ void Step::solve_free() {
 
 void Step::take_positions() {
   for (const std::int32_t node : seen_) x_.row(node) = x_free_.row(node);
-  if (response_) response_->displace(pressure_.sections - solved_at_.sections, inertia(), x_);
+  if (response_) response_->displace(response_->difference(pressure_, solved_at_), inertia(), x_);
   take_weighted();
 }
 
@@ -155,7 +170,7 @@ void Step::complete() {
   if (free_.x.size() == 0) {
     free_ = last_.past.nearest(force);
   } else {
-    if (response_) response_->add(pressure_.sections - solved_at_.sections, free_.x);
+    if (response_) response_->add(response_->difference(pressure_, solved_at_), free_.x);
     if (contacts_.any_force()) contact_->collision().add_response(contact_force_, free_.x);
     products_ = motion_.products(free_.x);
     free_.product = motion_.image(products_);

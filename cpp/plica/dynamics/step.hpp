@@ -31,6 +31,7 @@ class Step final : public NodalStep {
   void move() override;
   void move(const AirwayPressure& pressure, Instant at) override;
   Vector areas(Instant at) const override;
+  AirwayExpansion expansion(Instant at) const override;
   bool blocks() const override;
   StepTimes& times() const override { return times_; }
 
@@ -89,6 +90,7 @@ class Step final : public NodalStep {
   AirwayPressure solved_at_;                    // that of free_
   Points x_free_;                               // without contact forces, under the load of free_
   Points x_, weighted_;
+  bool moved_ = false;
   Contacts contacts_;
   int iterations_ = 0;
 

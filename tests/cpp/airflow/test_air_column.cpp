@@ -1,6 +1,7 @@
 // What drives the flow in a step, and what the air remembers of it.
 #include <doctest/doctest.h>
 
+#include "../approx.hpp"
 #include "plica/airflow/air_column.hpp"
 #include "plica/core/error.hpp"
 #include "tube.hpp"
@@ -20,11 +21,17 @@ Airflow rising(double rise) {
   return {mesh, mesh.surface("airway"), options};
 }
 
+AirColumn::Memory stopped_or_not(bool stopped) {
+  AirColumn::Memory memory;
+  memory.flow_stopped = stopped;
+  return memory;
+}
+
 }  // namespace
 
 TEST_CASE("a step's flow is driven by the air of its own instants") {
   const Airflow airflow = rising(1e-3);
-  AirColumn column(airflow);
+  AirColumn column(airflow, 1e-4);
   const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
   column.begin_step({}, 2e-4, 5e-5);
   for (const auto& [at, time] : {std::pair(Instant::last, 2e-4), std::pair(Instant::weighted, 2.5e-4)}) {
@@ -38,24 +45,24 @@ TEST_CASE("a step's flow is driven by the air of its own instants") {
 
 TEST_CASE("the air remembers whether contact stopped it until it says otherwise") {
   const Airflow airflow = rising(0.0);
-  AirColumn column(airflow);
+  AirColumn column(airflow, 1e-4);
   const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
-  column.begin_step({true}, 0.0, 1e-4);
+  column.begin_step(stopped_or_not(true), 0.0, 1e-4);
   CHECK(column.stopped());
   CHECK(column.evaluate(areas, Instant::weighted).flow == 0);
   column.stop(false);
   CHECK(column.evaluate(areas, Instant::weighted).flow > 0);
-  CHECK_FALSE(column.end_step().flow_stopped);
-  column.begin_step(column.end_step(), 1e-4, 1e-4);
+  CHECK_FALSE(column.end_step({}).flow_stopped);
+  column.begin_step(column.end_step({}), 1e-4, 1e-4);
   CHECK_FALSE(column.stopped());
 }
 
 TEST_CASE("what an evaluation holds is held, whatever the areas and the memory") {
   const Airflow airflow = rising(0.0);
-  AirColumn column(airflow);
+  AirColumn column(airflow, 1e-4);
   const std::ptrdiff_t count = airflow.sections().count();
   const Vector areas = Vector::LinSpaced(count, 2e-5, 1e-5);
-  column.begin_step({true}, 0.0, 1e-4);
+  column.begin_step(stopped_or_not(true), 0.0, 1e-4);
   const FlowState held = column.evaluate(areas, Instant::weighted, AirColumn::Held{false, 1});
   const FlowState expected = airflow.evaluate(areas, airflow.air(1e-4), false, 1);
   CHECK(held.separation == 1);
@@ -65,15 +72,53 @@ TEST_CASE("what an evaluation holds is held, whatever the areas and the memory")
 
 TEST_CASE("the memory of the air is what its numbers say, and starts with none") {
   for (const bool stopped : {true, false}) {
-    const AirColumn::Memory memory{stopped};
+    const AirColumn::Memory memory = stopped_or_not(stopped);
     CHECK(AirColumn::Memory::of(memory.numbers()).flow_stopped == stopped);
   }
   CHECK_THROWS_AS(AirColumn::Memory::of({}), InvalidInput);
   CHECK_THROWS_AS(AirColumn::Memory::of({1, 0}), InvalidInput);
+  CHECK_THROWS_AS(AirColumn::Memory::of({1, 0, 0, 0, 3, 1, 2}), InvalidInput);
   const Airflow airflow = rising(1e-3);
-  AirColumn column(airflow);
+  AirColumn column(airflow, 1e-4);
   const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
-  column.begin_step({true}, 5e-3, 1e-4);
+  column.begin_step(stopped_or_not(true), 5e-3, 1e-4);
   CHECK(column.start(areas).subglottal_pressure == 0);  // at t = 0, not of the step before
-  CHECK_FALSE(column.end_step().flow_stopped);
+  CHECK_FALSE(column.end_step({}).flow_stopped);
+}
+
+TEST_CASE("a steady flow between tubes goes on as it began") {
+  const Airflow airflow = rising(0.0);
+  Tubes tubes;
+  tubes.trachea = Tube{{0.15}, {2e-4}, PressureSupply{0.2}};
+  tubes.tract = Tube{{0.17}, {3e-4}, Radiation{}, YieldingWall{}};
+  AirColumn column(airflow, 1e-4, tubes);
+  const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
+  const FlowState first = column.start(areas);
+  CHECK(first.subglottal_pressure < airflow.options().subglottal_pressure);
+  CHECK(first.supraglottal_pressure > 0);
+  AirColumn::Memory memory = column.remembered();
+  CHECK(AirColumn::Memory::of(memory.numbers()).numbers() == memory.numbers());
+  for (int i = 0; i < 50; ++i) {
+    column.begin_step(memory, i * 1e-4, 0.7e-4);
+    const FlowState flow = column.evaluate(areas, Instant::weighted);
+    CHECK(flow.flow == approx(first.flow).epsilon(1e-9));
+    CHECK(flow.subglottal_pressure == approx(first.subglottal_pressure).epsilon(1e-9));
+    memory = column.end_step(flow);
+  }
+  CHECK(column.tract_work().port > 0);
+  CHECK(column.trachea_work().source > 0);
+}
+
+TEST_CASE("a step without duration leaves the tubes as they are") {
+  const Airflow airflow = rising(0.0);
+  Tubes tubes;
+  tubes.tract = Tube{{0.17}, {3e-4}};
+  AirColumn column(airflow, 1e-4, tubes);
+  const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
+  column.start(areas);
+  const AirColumn::Memory memory = column.remembered();
+  column.begin_step(memory, 0.0, 1e-4, Instant::last);
+  CHECK(column.end_step(column.evaluate(areas, Instant::last)).tract == memory.tract);
+  tubes.sound_speed = 0;
+  CHECK_THROWS_AS(AirColumn(airflow, 1e-4, tubes), InvalidInput);
 }

@@ -102,7 +102,7 @@ TEST_CASE("where a step is moved to depends on its last move alone, whatever pre
   const Assembler assembler(scene.mesh);
   const Motion motion(scene, nullptr, assembler, how);
   SceneFlow flow(scene, motion);
-  flow.find_response(Iterated{}, motion, flow.airflow().nodes());
+  flow.find_response(Iterated{}, motion, flow.airflow().nodes(), false);
   REQUIRE(flow.response() != nullptr);
   const std::ptrdiff_t sections = flow.airflow().sections().count();
   const Vector pressure = Vector::LinSpaced(sections, 500, 200);

@@ -1,0 +1,51 @@
+#pragma once
+#include <optional>
+#include <variant>
+#include <vector>
+
+namespace plica {
+
+/// A wall that yields on its own, each part under the pressure there: mass, damping and stiffness of a unit of
+/// area. By default that of a relaxed cheek (Ishizaka, French and Flanagan 1975).
+struct YieldingWall {
+  double mass = 21.0;         // kg/m^2, > 0
+  double resistance = 8000;   // Pa s/m, >= 0
+  double stiffness = 8.45e5;  // Pa/m, > 0: without it the air would leak through the wall
+};
+
+/// The far end is open: the field before a piston in an infinite baffle, a resistance beside an inertance
+/// (Ishizaka and Flanagan 1972), R = 128 rho c / (9 pi^2 A), L = 8 rho sqrt(A / pi) / (3 pi A).
+struct Radiation {};
+
+/// A pressure that varies by time alone stands behind the far end, which gives back this share of a wave: 1 where
+/// it holds the pressure itself, 0 where nothing comes back. The steady flow pays for it: the resistance in
+/// between is rho c / A (1 - reflection) / (1 + reflection).
+struct PressureSupply {
+  double reflection = 1.0;  // in [0, 1]
+  double volume = 0.0;      // m^3, >= 0: air at the far end that gives way
+};
+
+/// A flow that varies by time alone enters at the far end: closed where it is 0.
+struct FlowSupply {
+  double volume = 0.0;  // m^3, >= 0
+};
+
+/// A tube from the glottis to its far end, of parts that are uniform.
+struct Tube {
+  std::vector<double> length;  // m, > 0, of each part
+  std::vector<double> area;    // m^2, > 0
+  std::variant<Radiation, PressureSupply, FlowSupply> end = Radiation{};
+  std::optional<YieldingWall> wall{};  // absent: rigid
+  /// Hz, >= 0: the wall's friction is that of a boundary layer at this frequency; 0: none.
+  double friction_frequency = 1000.0;
+  void validate(const char* where) const;  // throws InvalidInput
+};
+
+/// Air as sound travels in it.
+struct Gas {
+  double density = 1.23;      // kg/m^3, > 0
+  double sound_speed = 350;   // m/s, > 0
+  double viscosity = 1.8e-5;  // Pa s, >= 0
+};
+
+}  // namespace plica
