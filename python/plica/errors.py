@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from importlib import import_module
 from typing import Any, TypeVar
 
 from plica._engine import InvalidInput, SolveFailed
@@ -20,6 +21,7 @@ __all__ = [
     "StepFailed",
     "StorageFailed",
     "UnknownName",
+    "library",
     "nearest",
     "one_of",
     "selected",
@@ -139,3 +141,12 @@ class Named(dict[str, Item]):
 
     def __missing__(self, name: str) -> Item:
         raise UnknownName(self._where, name, self)
+
+
+def library(name: str, missing: str, kind: type[Exception] = InvalidInput) -> Any:
+    """The library of an extra, loaded where it is used; an error of this kind, with this text, where it is not
+    installed."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise kind(missing) from None

@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plica.commands.recordings import is_newer
 from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
     from plica.video.analysis import Analysis
 
-__all__ = ["add_dicom", "require_libraries", "untaken", "write_files"]
+__all__ = ["add_dicom", "outdated", "require_libraries", "untaken", "write_files"]
+
+_ASKED_FOR = {
+    "report.pdf": "pdf",
+    "report.dcm": "dicom",
+    "area.wav": "praat",
+    "recording.xlsx": "xlsx",
+    "recording.mat": "matlab",
+}
+"""Files that an option writes, and the option: without it they are not written again."""
+
+_OF_REPORT = ("report.pdf", "report.dcm")
 
 
 def add_dicom(part: argparse.ArgumentParser) -> None:
@@ -57,35 +68,44 @@ def write_files(found: Analysis, options: argparse.Namespace, *, report: bool, a
     from plica.video.workbook import write_workbook
 
     page = found.directory / "report.html"
-    dicom = report and options.dicom
-    pdf = dicom or (report and options.pdf)
-    asked = {
-        "light.json": True,
-        page.name: report,
-        "report.pdf": pdf,
-        "report.dcm": dicom,
-        "area.wav": options.praat,
-        "recording.xlsx": options.xlsx,
-        "recording.mat": options.matlab,
-    }
-    wanted = [found.directory / name for name, is_asked in asked.items() if is_asked]
-    if not again and is_newer(wanted, found.path):
+    asked = [name for name, option in _ASKED_FOR.items() if getattr(options, option)]
+    if "report.dcm" in asked:
+        asked.append("report.pdf")
+    if not report:
+        asked = [name for name in asked if name not in _OF_REPORT]
+    wanted = [found.directory / name for name in ("light.json", *([page.name] if report else []), *asked)]
+    if not again and _are_newer(wanted, found.path):
         return page
     write_tables(found)
-    if options.xlsx:
+    if "recording.xlsx" in asked:
         write_workbook(found)
-    if options.matlab:
+    if "recording.mat" in asked:
         write_matlab(found)
     if report:
         with figures_shown(not options.quiet):
             page = write_report(found)
-        if pdf:
+        if "report.pdf" in asked:
             page = pdf_of(page)
-        if dicom:
+        if "report.dcm" in asked:
             write_dicom(found, page)
-    if options.praat:
+    if "area.wav" in asked:
         write_praat(found)
     return page
+
+
+def outdated(found: Analysis) -> list[str]:
+    """A caution of files with figures of earlier settings or masks: of those that were asked for, the ones
+    older than the results."""
+    there = [name for name in _ASKED_FOR if (found.directory / name).exists()]
+    old = [name for name in there if not _are_newer([found.directory / name], found.path)]
+    again = " ".join(f"--{_ASKED_FOR[name]}" for name in old)
+    return [f"{', '.join(old)} in {found.directory} of earlier settings; {again} writes anew."] if old else []
+
+
+def _are_newer(files: Sequence[Path], results: Path) -> bool:
+    """Whether all of these files are there and were written after the results."""
+    written = results.stat().st_mtime_ns
+    return all(file.exists() and file.stat().st_mtime_ns > written for file in files)
 
 
 def untaken(found: Analysis) -> list[str]:

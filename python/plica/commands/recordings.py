@@ -12,16 +12,7 @@ from plica.errors import InvalidInput, SolveFailed, StorageFailed
 if TYPE_CHECKING:
     from plica.video.analysis import Analysis
 
-__all__ = ["analyse_each", "folders_of", "is_newer", "outdated"]
-
-_ASKED_FOR = {
-    "report.pdf": "--pdf",
-    "report.dcm": "--dicom",
-    "area.wav": "--praat",
-    "recording.xlsx": "--xlsx",
-    "recording.mat": "--matlab",
-}
-"""Files that an option writes, which are not written again without it."""
+__all__ = ["analyse_each", "folders_of"]
 
 
 def analyse_each(
@@ -101,18 +92,3 @@ def folders_of(sources: Sequence[Path], output: Path) -> dict[Path, Path]:
                 "of that name. Rename one, or analyse it by itself."
             )
     return {source: output / name for name, source in zip(names, sources, strict=True)}
-
-
-def is_newer(files: Sequence[Path], results: Path) -> bool:
-    """Whether all of these files are there and were written after the results."""
-    written = results.stat().st_mtime_ns
-    return all(file.exists() and file.stat().st_mtime_ns > written for file in files)
-
-
-def outdated(directory: Path, results: Path) -> str:
-    """A caution of files with figures of earlier settings or masks, older than the results; empty where there
-    are none."""
-    there = [name for name in _ASKED_FOR if (directory / name).exists()]
-    old = [name for name in there if not is_newer([directory / name], results)]
-    again = " ".join(_ASKED_FOR[name] for name in old)
-    return f"{', '.join(old)} in {directory} of earlier settings; {again} writes anew." if old else ""

@@ -9,11 +9,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plica.commands.analysis_files import add_dicom, require_libraries, untaken, write_files
+from plica.commands.analysis_files import add_dicom, outdated, require_libraries, untaken, write_files
 from plica.commands.arguments import add_command, add_pdf, add_threads, numbers, whole
 from plica.commands.masks import add_masks
 from plica.commands.output import measures_table
-from plica.commands.recordings import analyse_each, outdated
+from plica.commands.recordings import analyse_each
 from plica.commands.signals import add_signals, require_one_recording
 from plica.errors import InvalidInput
 
@@ -409,8 +409,7 @@ def _analysed(
             progress=not options.quiet,
         )
         page = write_files(found, options, report=report, again=printed)
-    old = outdated(output, found.path)
-    for caution in [*untaken(found), *([old] if old else [])]:
+    for caution in [*untaken(found), *outdated(found)]:
         print(f"plica: Caution: {caution}", file=sys.stderr)
     if printed and not options.quiet:
         print(_table(found))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, library
 from plica.storage.files import replaced, storage_errors
 
 __all__ = ["Sheet", "require_openpyxl", "write_sheets"]
@@ -37,13 +37,10 @@ def require_openpyxl() -> Any:
     InvalidInput
         If it is not installed; call this before a computation.
     """
-    try:
-        import openpyxl
-    except ImportError:
-        raise InvalidInput(
-            "Workbook: openpyxl is not installed; must be for --xlsx. Install it: pip install 'plica[xlsx]'."
-        ) from None
-    return openpyxl
+    return library(
+        "openpyxl",
+        "Workbook: openpyxl is not installed; must be for --xlsx. Install it: pip install 'plica[xlsx]'.",
+    )
 
 
 def write_sheets(path: Path, sheets: Mapping[str, Sheet]) -> Path:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from plica._engine import build_info
-from plica.errors import InvalidInput
+from plica.errors import library
 from plica.storage.files import replaced
 from plica.video.analysis import Analysis
 from plica.video.errors import VideoError
@@ -59,14 +59,11 @@ def require_pydicom() -> Any:
     InvalidInput
         If it is not installed; call this before a computation.
     """
-    try:
-        import pydicom
-    except ImportError:
-        raise InvalidInput(
-            "DICOM: pydicom is not installed; must be for --dicom, which writes report.pdf too. Install "
-            "both: pip install 'plica[dicom,pdf]'."
-        ) from None
-    return pydicom
+    return library(
+        "pydicom",
+        "DICOM: pydicom is not installed; must be for --dicom, which writes report.pdf too. Install both: "
+        "pip install 'plica[dicom,pdf]'.",
+    )
 
 
 def write_dicom(found: Analysis, pdf: Path) -> Path:
@@ -178,7 +175,7 @@ def _copied(element: Any) -> Any:
 
 
 def _acquired(found: Analysis, recording: Any | None) -> str:
-    """Date and time of the recording; its day alone where that was told, empty where it is not known."""
+    """Date and time of the recording; its day alone where that was given, empty where it is not known."""
     stated = None if recording is None else recording.get("AcquisitionDateTime")
     if stated and found.settings.recorded is None:
         return str(stated)

@@ -115,8 +115,8 @@ def _start_said(settings: Settings, name: str) -> str:
     if settings.sync is not None:
         after = f"{start:g} s after the pulse of channel {settings.sync}"
         return f"first frame {after if start else f'at the pulse of channel {settings.sync}'}"
-    told = f"first frame at {start:g} s of it"
-    return told if settings.sound_start is not None else f"{told} (assumed: --sound-start)"
+    given = f"first frame at {start:g} s of it"
+    return given if settings.sound_start is not None else f"{given} (assumed: --sound-start)"
 
 
 def signals_to_store(
@@ -185,14 +185,15 @@ def _arrays(name: str, part: Signal | None) -> dict[str, object]:
 
 def _of(settings: Settings, content: Mapping[str, str]) -> str:
     """What stored signals are of."""
-    told = {
-        "signals": dict(settings.signals),
-        "start": settings.sound_start,
-        "sync": settings.sync,
-        "fps": settings.fps,
-        "content": dict(content),
-    }
-    return json.dumps(told)
+    return json.dumps(
+        {
+            "signals": dict(settings.signals),
+            "start": settings.sound_start,
+            "sync": settings.sync,
+            "fps": settings.fps,
+            "content": dict(content),
+        }
+    )
 
 
 def _part(name: str, settings: Settings, count: int) -> Signal:

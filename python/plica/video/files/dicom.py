@@ -26,8 +26,6 @@ from plica.video.files.video_file import Video
 
 __all__ = ["Dicom", "open_dicom"]
 
-_STEREO = ("1.2.840.10008.1.2.4.106", "1.2.840.10008.1.2.4.106.1")
-
 
 def open_dicom(path: Path) -> Dicom | Video:
     """The frames of a DICOM file.
@@ -46,7 +44,9 @@ def open_dicom(path: Path) -> Dicom | Video:
 
 def _video(path: Path, header: Header) -> Video:
     """The video inside, which FFmpeg reads as one in a file of its own."""
-    if header.syntax in _STEREO:
+    from pydicom.uid import MPEG4HP42STEREO, MPEG4HP42STEREOF
+
+    if header.syntax in (MPEG4HP42STEREO, MPEG4HP42STEREOF):
         raise VideoError(f"Recording: {path.name} is a stereo video; must have one view. Export one of them.")
     if header.length is not None:
         raise VideoError(
@@ -146,7 +146,10 @@ class Dicom:
         if header.samples == 1:
             return numbers.reshape(self.shape)
         if header.kind == "YBR_FULL_422":
-            return _rgb(_widened(numbers).reshape(*self.shape, 3))
+            from pydicom.pixels.utils import expand_ybr422
+
+            widened = np.frombuffer(expand_ybr422(numbers.tobytes(), header.allocated), numbers.dtype)
+            return _rgb(widened.reshape(*self.shape, 3))
         if header.planar:
             colours = np.moveaxis(numbers.reshape(3, *self.shape), 0, 2)
         else:
@@ -224,9 +227,3 @@ def _rgb(found: npt.NDArray[Any]) -> npt.NDArray[Any]:
     from pydicom.pixels.processing import convert_color_space
 
     return np.asarray(convert_color_space(np.ascontiguousarray(found), "YBR_FULL", "RGB"))
-
-
-def _widened(found: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """(pixels, 3) of Y Y Cb Cr for every two pixels."""
-    pairs = found.reshape(-1, 4)
-    return np.stack([pairs[:, :2], pairs[:, [2, 2]], pairs[:, [3, 3]]], axis=2).reshape(-1, 3)

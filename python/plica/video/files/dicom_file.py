@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from plica.errors import library
 from plica.video.errors import VideoError
 
 __all__ = ["Attributes", "dicom_errors", "is_dicom", "opened_dataset", "read_dataset"]
@@ -53,13 +54,12 @@ def read_dataset(path: Path) -> Any:
 
 def opened_dataset(path: Path, file: BinaryIO) -> Any:
     """As :func:`read_dataset`, of an open file, which is left at the tag of the pixel data."""
-    try:
-        import pydicom
-    except ImportError:
-        raise VideoError(
-            f"Recording: {path.name} needs pydicom, which is not installed; must be: pip install "
-            '"plica[dicom]". Or store it as TIFF or AVI.'
-        ) from None
+    pydicom = library(
+        "pydicom",
+        f"Recording: {path.name} needs pydicom, which is not installed; must be: pip install "
+        '"plica[dicom]". Or store it as TIFF or AVI.',
+        VideoError,
+    )
     if not is_dicom(path):
         raise VideoError(
             f"Recording: {path.name} is not a DICOM file: it does not have DICM after {_PREAMBLE} bytes. "

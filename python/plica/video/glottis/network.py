@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica._engine import threads
-from plica.errors import nearest, one_of
+from plica.errors import library, nearest, one_of
 from plica.video.errors import VideoError
 from plica.video.glottis.frame_outline import Outline
 
@@ -251,12 +251,11 @@ def _bytes(path: Path) -> bytes:
 
 def _opened(path: Path, name: str) -> Any:
     _bytes(path)
-    try:
-        import onnxruntime
-    except ImportError:
-        raise VideoError(
-            'Segmenter: ONNX Runtime is not installed; must be, to run a model: pip install "plica[onnx]".'
-        ) from None
+    onnxruntime = library(
+        "onnxruntime",
+        'Segmenter: ONNX Runtime is not installed; must be, to run a model: pip install "plica[onnx]".',
+        VideoError,
+    )
     options = onnxruntime.SessionOptions()
     options.log_severity_level = 4  # what is wrong is raised
     options.intra_op_num_threads = threads()

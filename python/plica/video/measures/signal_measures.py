@@ -147,8 +147,8 @@ def _usual_frequency(values: Floats, rate: float) -> float:
     length = min(int(_WINDOW * rate), values.size)
     windows = values[: values.size // length * length].reshape(-1, length)
     loud = np.std(windows, axis=1)
-    told = [autocorrelation_frequency(one, 1 / rate) for one in windows[loud > _SILENT * loud.max()]]
-    known = [frequency for frequency in told if np.isfinite(frequency)]
+    found = [autocorrelation_frequency(one, 1 / rate) for one in windows[loud > _SILENT * loud.max()]]
+    known = [frequency for frequency in found if np.isfinite(frequency)]
     return float(np.median(known)) if known else float("nan")
 
 
