@@ -144,8 +144,7 @@ class Named(dict[str, Item]):
 
 
 def library(name: str, missing: str, kind: type[Exception] = InvalidInput) -> Any:
-    """The library of an extra, loaded where it is used; an error of this kind, with this text, where it is not
-    installed."""
+    """The library of an extra, loaded where it is used; without it an error of this kind, with this text."""
     try:
         return import_module(name)
     except ImportError:
