@@ -111,8 +111,8 @@ FlowState AirColumn::evaluate(const Vector& areas, Instant at, const std::option
 }
 
 AirColumn::Memory AirColumn::end_step(const FlowState& flow) {
-  if (trachea_) now_.trachea = trachea_->taken->end(-flow.flow_below, trachea_work_);
-  if (tract_) now_.tract = tract_->taken->end(flow.flow_above, tract_work_);
+  if (trachea_) now_.trachea = trachea_->taken->end(-flow.flow_below);
+  if (tract_) now_.tract = tract_->taken->end(flow.flow_above);
   if (has_tubes()) {
     now_.source = source_then_;
     now_.flow_below = flow.flow_below;

@@ -40,6 +40,8 @@ class AirColumn {
 
   /// The airflow must outlive it. step: s, that between loads after the first. Throws InvalidInput.
   AirColumn(const Airflow& airflow, double step, const Tubes& tubes = {});
+  AirColumn(const AirColumn&) = delete;  // its steps know its lines
+  AirColumn& operator=(const AirColumn&) = delete;
 
   const Airflow& airflow() const { return *airflow_; }
   /// Whether flows change the pressures at the ends.
@@ -63,10 +65,6 @@ class AirColumn {
   /// Throws InvalidInput for a memory that is not of these tubes.
   void require(const Memory& memory) const;
 
-  /// J, of all steps of this object: what crossed the borders of the tubes, and was lost in them.
-  const LineWork& trachea_work() const { return trachea_work_; }
-  const LineWork& tract_work() const { return tract_work_; }
-
  private:
   /// A tube, and its steps: the one after t = 0 may be shorter.
   struct Side {
@@ -84,7 +82,6 @@ class AirColumn {
   double source_then_ = 0.0;
   Air air_last_, air_weighted_;
   Memory now_;
-  LineWork trachea_work_, tract_work_;
 };
 
 }  // namespace plica

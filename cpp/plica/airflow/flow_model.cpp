@@ -72,23 +72,32 @@ struct SlitWalls {
 };
 
 /// The flow that ends and walls leave; they depend on it in turn, a little, by how much of the drop is friction.
+/// The share from below is monotone in |U|, so that the flows of no and of all friction enclose it: it is
+/// iterated, and halved from where that does not lead on.
 void set_slit_flow(const Air& air, double exit, double R, const SlitWalls* walls, FlowState& state) {
-  constexpr int most = 100;
-  const double impedance = air.impedance();
+  const auto flow_from = [&](double from_below, double displaced) {
+    return flow_of(drop_without_flow(air, from_below, displaced), R + air.impedance(), air.density, exit);
+  };
   if (!walls) {
-    state.flow = flow_of(drop_without_flow(air, 0, 0), R + impedance, air.density, exit);
+    state.flow = flow_from(0, 0);
     return set_ends(air, 0, 0, state);
   }
-  double from_below = 0;
-  for (int i = 0;; ++i) {
-    from_below = walls->from_below(0.5 * air.density * std::abs(state.flow), exit, R);
-    const double before = state.flow;
-    state.flow = flow_of(drop_without_flow(air, from_below, walls->displaced), R + impedance, air.density, exit);
-    if (std::abs(state.flow - before) <= 1e-14 * (std::abs(state.flow) + std::abs(walls->displaced))) break;
-    if (i == most)
-      throw SolveFailed("Airflow: the flow through walls that move by " + number_text(walls->displaced) +
-                        " m^3/s has not settled within " + std::to_string(most) + " passes.");
+  constexpr int iterated = 20, most = 200;
+  const auto from_below_at = [&](double U) { return walls->from_below(0.5 * air.density * std::abs(U), exit, R); };
+  double low = flow_from(from_below_at(0), walls->displaced);
+  double high = flow_from(walls->below + walls->head / exit, walls->displaced);
+  if (low > high) std::swap(low, high);
+  double U = low;
+  for (int i = 0; i < most; ++i) {
+    const double next = flow_from(from_below_at(U), walls->displaced);
+    if (std::abs(next - U) <= 1e-14 * (std::abs(next) + std::abs(walls->displaced))) break;
+    (next > U ? low : high) = U;
+    const double middle = 0.5 * (low + high);
+    if (i >= iterated && (middle == low || middle == high)) break;
+    U = i < iterated ? next : middle;
   }
+  const double from_below = from_below_at(U);
+  state.flow = flow_from(from_below, walls->displaced);
   set_ends(air, from_below, walls->displaced, state);
 }
 

@@ -175,10 +175,10 @@ void LineStep::begin(const Vector& state, double flow, double source, double sou
   pressure_ = without_[0];
 }
 
-Vector LineStep::end(double flow, LineWork& work) const {
+Vector LineStep::end(double flow, LineWork* work) const {
   require_size("LineStep", "state that its step began from", state_.size(), line_.size());
   Vector state = state_;
-  run(state, {flow_, flow, source_, source_then_}, &work);
+  run(state, {flow_, flow, source_, source_then_}, work);
   return state;
 }
 

@@ -61,8 +61,8 @@ class LineStep {
   /// Pa at the glottis at the step's end: pressure() + impedance() * flow there then.
   double pressure() const { return pressure_; }
   double impedance() const { return impedance_; }  // Pa s/m^3
-  /// The state that this flow at the glottis leads to; adds what it did to `work`.
-  Vector end(double flow, LineWork& work) const;
+  /// The state that this flow at the glottis leads to; adds what it did to `work`, if that is asked for.
+  Vector end(double flow, LineWork* work = nullptr) const;
 
  private:
   struct Path {

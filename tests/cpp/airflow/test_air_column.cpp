@@ -105,8 +105,6 @@ TEST_CASE("a steady flow between tubes goes on as it began") {
     CHECK(flow.subglottal_pressure == approx(first.subglottal_pressure).epsilon(1e-9));
     memory = column.end_step(flow);
   }
-  CHECK(column.tract_work().port > 0);
-  CHECK(column.trachea_work().source > 0);
 }
 
 TEST_CASE("a step without duration leaves the tubes as they are") {
