@@ -68,11 +68,11 @@ def write_files(found: Analysis, options: argparse.Namespace, *, report: bool, a
     from plica.video.workbook import write_workbook
 
     page = found.directory / "report.html"
-    asked = [name for name, option in _ASKED_FOR.items() if getattr(options, option)]
+    # A command that writes no report has no option of its files.
+    possible = [name for name in _ASKED_FOR if report or name not in _OF_REPORT]
+    asked = [name for name in possible if getattr(options, _ASKED_FOR[name])]
     if "report.dcm" in asked:
         asked.append("report.pdf")
-    if not report:
-        asked = [name for name in asked if name not in _OF_REPORT]
     wanted = [found.directory / name for name in ("light.json", *([page.name] if report else []), *asked)]
     if not again and _are_newer(wanted, found.path):
         return page
