@@ -121,13 +121,21 @@ void bind_options(py::module_& engine) {
   options<EllipticSections>("Elliptic").bind(engine);
   using Flow = Airflow::Options;
   const auto flow = &AirflowPart::flow;
+  const auto tubes = &AirflowPart::tubes;
   options<AirflowPart>("Airflow", option("surface", &AirflowPart::surface),
                        option("subglottal_pressure", flow, &Flow::subglottal_pressure),
                        option("rise", flow, &Flow::rise), option("air_density", flow, &Flow::air_density),
                        option("model", flow, &Flow::model), option("area", flow, &Flow::area),
-                       option("load_shape", flow, &Flow::load_shape), option("coupling", &AirflowPart::coupling))
+                       option("load_shape", flow, &Flow::load_shape), option("coupling", &AirflowPart::coupling),
+                       option("trachea", tubes, &Tubes::trachea), option("tract", tubes, &Tubes::tract),
+                       option("sound_speed", tubes, &Tubes::sound_speed))
       .bind(
-          engine, [](const AirflowPart& part) { part.flow.validate(); }, py::kw_only());
+          engine,
+          [](const AirflowPart& part) {
+            part.flow.validate();
+            part.tubes.validate();
+          },
+          py::kw_only());
 
   options<Load>("Load", required("surface", &Load::surface), required("traction", &Load::traction),
                 option("frequency", &Load::frequency), option("phase", &Load::phase))

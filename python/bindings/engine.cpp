@@ -68,6 +68,7 @@ PYBIND11_MODULE(_engine, engine) {
 
   bind_mesh(engine);
   bind_tissue(engine);
+  bind_airflow(engine);
   bind_imaging(engine);
   bind_sight(engine);
   bind_estimation(engine);

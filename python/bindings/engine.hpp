@@ -8,5 +8,6 @@ void bind_imaging(pybind11::module_& engine);
 void bind_sight(pybind11::module_& engine);
 void bind_estimation(pybind11::module_& engine);
 void bind_estimation_sweep(pybind11::module_& engine);
+void bind_airflow(pybind11::module_& engine);
 void bind_contact(pybind11::module_& engine);
 void bind_dynamics(pybind11::module_& engine);

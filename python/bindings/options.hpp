@@ -69,6 +69,15 @@ struct Shown<Vector3> {
   static Given initial(const Vector3& v) { return {v[0], v[1], v[2]}; }
 };
 
+/// Seen as what cannot be changed.
+template <>
+struct Shown<std::vector<double>> {
+  using Given = std::vector<double>;
+  static Given take(Given values, const char*, const char*) { return values; }
+  static py::tuple show(const Given& values) { return py::tuple(py::cast(values)); }
+  static Given initial(const Given& values) { return values; }
+};
+
 enum class Kind { with_default, required, taken };
 
 /// One option: the member at the end of a path of pointers to members.

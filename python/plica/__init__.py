@@ -64,6 +64,7 @@ from plica.scene.parts import (
 from plica.scene.scene import Scene
 from plica.scene.tissue import Tissue, TissueSide
 from plica.scene.tissue_presets import TISSUE_PRESETS
+from plica.scene.tubes import Trachea, Tract
 from plica.uncertainty import estimate_uncertainty
 
 if TYPE_CHECKING:
@@ -121,6 +122,8 @@ __all__ = [
     "Supports",
     "Tissue",
     "TissueSide",
+    "Trachea",
+    "Tract",
     "ViscousSlit",
     "VolumePenalty",
     "__version__",

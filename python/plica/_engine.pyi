@@ -27,6 +27,7 @@ __all__: list[str] = [
     "Elliptic",
     "Extrapolated",
     "FlowOptions",
+    "FlowSupply",
     "HilberHughesTaylor",
     "InvalidInput",
     "Isotropic",
@@ -39,15 +40,19 @@ __all__: list[str] = [
     "Newmark",
     "Nitsche",
     "Penalty",
+    "PressureSupply",
+    "Radiation",
     "Reduction",
     "Simulation",
     "SolveFailed",
     "StaticSolver",
     "TetMesh",
     "TransverselyIsotropic",
+    "Tube",
     "ViscousSlit",
     "VolumePenalty",
     "Waveform",
+    "YieldingWall",
     "block_mesh",
     "body_of_nodes",
     "boundary",
@@ -94,6 +99,7 @@ __all__: list[str] = [
     "toeplitz_product",
     "toeplitz_transposed_product",
     "triangulated_airway",
+    "tube_response",
     "waveforms",
     "within_hull",
 ]
@@ -236,6 +242,93 @@ class Assembly:
         numpy.typing.NDArray[numpy.int32],
         numpy.typing.NDArray[numpy.int32],
     ]: ...
+
+class YieldingWall:
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {
+        "mass": 21.0,
+        "resistance": 8000.0,
+        "stiffness": 845000.0,
+    }
+    def __eq__(self, arg0: typing.Any) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __init__(
+        self,
+        *,
+        mass: typing.SupportsFloat | typing.SupportsIndex = 21.0,
+        resistance: typing.SupportsFloat | typing.SupportsIndex = 8000.0,
+        stiffness: typing.SupportsFloat | typing.SupportsIndex = 845000.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def resistance(self) -> float: ...
+    @property
+    def stiffness(self) -> float: ...
+
+class Radiation:
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {}
+    def __eq__(self, arg0: typing.Any) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+
+class PressureSupply:
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"reflection": 1.0, "volume": 0.0}
+    def __eq__(self, arg0: typing.Any) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __init__(
+        self,
+        *,
+        reflection: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+        volume: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    @property
+    def reflection(self) -> float: ...
+    @property
+    def volume(self) -> float: ...
+
+class FlowSupply:
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"flow": 0.0, "volume": 0.0}
+    def __eq__(self, arg0: typing.Any) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __init__(
+        self,
+        *,
+        flow: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        volume: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    @property
+    def flow(self) -> float: ...
+    @property
+    def volume(self) -> float: ...
+
+class Tube:
+    _defaults: typing.ClassVar[dict[str, typing.Any]]
+    def __eq__(self, arg0: typing.Any) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __init__(
+        self,
+        *,
+        length: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+        area: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+        end: Radiation | PressureSupply | FlowSupply = ...,
+        wall: YieldingWall | None = None,
+        friction_frequency: typing.SupportsFloat | typing.SupportsIndex = 1000.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    @property
+    def area(self) -> tuple[typing.Any, ...]: ...
+    @property
+    def end(self) -> Radiation | PressureSupply | FlowSupply: ...
+    @property
+    def friction_frequency(self) -> float: ...
+    @property
+    def length(self) -> tuple[typing.Any, ...]: ...
+    @property
+    def wall(self) -> YieldingWall | None: ...
 
 class FlowOptions:
     _defaults: typing.ClassVar[dict[str, typing.Any]] = {
@@ -630,6 +723,9 @@ class Airflow:
         area: Cut | Elliptic = ...,
         load_shape: str = "reference",
         coupling: Lagged | Extrapolated | Iterated = ...,
+        trachea: Tube | None = None,
+        tract: Tube | None = None,
+        sound_speed: typing.SupportsFloat | typing.SupportsIndex = 350.0,
     ) -> None: ...
     def __repr__(self) -> str: ...
     @property
@@ -645,9 +741,15 @@ class Airflow:
     @property
     def rise(self) -> float: ...
     @property
+    def sound_speed(self) -> float: ...
+    @property
     def subglottal_pressure(self) -> float: ...
     @property
     def surface(self) -> str: ...
+    @property
+    def trachea(self) -> Tube | None: ...
+    @property
+    def tract(self) -> Tube | None: ...
 
 class Load:
     _defaults: typing.ClassVar[dict[str, typing.Any]] = {"frequency": 0.0, "phase": 0.0}
@@ -1028,6 +1130,14 @@ def triangulated_airway(
     first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
     second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> Airway: ...
+def tube_response(
+    tube: Tube,
+    *,
+    density: typing.SupportsFloat | typing.SupportsIndex,
+    sound_speed: typing.SupportsFloat | typing.SupportsIndex,
+    viscosity: typing.SupportsFloat | typing.SupportsIndex,
+    s: typing.Annotated[numpy.typing.ArrayLike, numpy.complex128],
+) -> tuple[numpy.typing.NDArray[numpy.complex128], numpy.typing.NDArray[numpy.complex128]]: ...
 def waveforms() -> list[Waveform]: ...
 def within_hull(
     sides: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],

@@ -21,17 +21,22 @@ if TYPE_CHECKING:
 __all__ = [
     "Acceleration",
     "Angle",
+    "Area",
     "Density",
     "Frequency",
     "Length",
+    "MassPerArea",
     "Number",
     "PerLength",
     "Pressure",
+    "SpecificImpedance",
     "Stiffness",
     "Time",
     "Unit",
     "Velocity",
     "Viscosity",
+    "Volume",
+    "VolumeFlow",
     "clock",
     "number",
     "quantity",
@@ -151,6 +156,14 @@ _USUAL = {
     "Hz": {"Hz": Decimal(1), "kHz": Decimal(1000)},
     "m/s": {"m/s": Decimal(1), "cm/s": Decimal("1e-2"), "mm/s": Decimal("1e-3")},
     "kg/m^3": {"kg/m^3": Decimal(1), "g/cm^3": Decimal(1000)},
+    "m^2": {"m^2": Decimal(1), "cm^2": Decimal("1e-4"), "mm^2": Decimal("1e-6")},
+    "m^3": {"m^3": Decimal(1), "l": Decimal("1e-3"), "ml": Decimal("1e-6"), "cm^3": Decimal("1e-6")},
+    "m^3/s": {
+        "m^3/s": Decimal(1),
+        "l/s": Decimal("1e-3"),
+        "ml/s": Decimal("1e-6"),
+        "cm^3/s": Decimal("1e-6"),
+    },
 }
 """Common units in the SI unit, by that: they are read without the units library, which takes long to load."""
 _IMPLAUSIBLE = 10**6
@@ -231,3 +244,8 @@ Viscosity = Annotated[float, Unit("Pa s")]
 Density = Annotated[float, Unit("kg/m^3")]
 Stiffness = Annotated[float, Unit("N/m")]
 PerLength = Annotated[float, Unit("Pa/m")]
+Area = Annotated[float, Unit("m^2")]
+Volume = Annotated[float, Unit("m^3")]
+VolumeFlow = Annotated[float, Unit("m^3/s")]
+MassPerArea = Annotated[float, Unit("kg/m^2")]
+SpecificImpedance = Annotated[float, Unit("Pa s/m")]

@@ -59,7 +59,7 @@ def colliding() -> plica.Scene:
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def phonating() -> plica.Scene:
     """A very coarse larynx with airflow, of few sections, and contact; it collides within its 40 steps."""
     return plica.Scene(

@@ -11,33 +11,43 @@ void Tubes::validate() const {
     throw InvalidInput("Airflow", "sound_speed", sound_speed, "m/s", "> 0 and finite", "Is the unit right?");
   if (trachea) trachea->validate("Trachea");
   if (tract) tract->validate("Tract");
+  if (trachea && std::holds_alternative<Radiation>(trachea->end))
+    throw InvalidInput("Trachea: its end is open; must be a supply of pressure or flow.");
+  if (const auto* supply = trachea ? std::get_if<FlowSupply>(&trachea->end) : nullptr; supply && supply->flow == 0)
+    throw InvalidInput("Trachea", "flow", 0.0, "m^3/s", "> 0", "Nothing else drives the airflow.");
+  if (const auto* supply = tract ? std::get_if<FlowSupply>(&tract->end) : nullptr; supply && supply->flow != 0)
+    throw InvalidInput("Tract", "flow", supply->flow, "m^3/s", "0", "Its end is not driven.");
 }
 
 std::vector<double> AirColumn::Memory::numbers() const {
   std::vector<double> numbers{flow_stopped ? 1.0 : 0.0};
   if (trachea.size() + tract.size() == 0) return numbers;
-  for (const double value : {source, flow_below, flow_above, static_cast<double>(trachea.size())})
-    numbers.push_back(value);
+  for (const double value : {source, flow_below, flow_above}) numbers.push_back(value);
+  for (const LineWork& work : {trachea_work, tract_work})
+    for (const double value : {work.port, work.source, work.radiated, work.lost}) numbers.push_back(value);
+  numbers.push_back(static_cast<double>(trachea.size()));
   numbers.insert(numbers.end(), trachea.begin(), trachea.end());
   numbers.insert(numbers.end(), tract.begin(), tract.end());
   return numbers;
 }
 
 AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
-  constexpr std::size_t head = 5;
+  constexpr std::size_t head = 13;
   const auto count = static_cast<double>(numbers.size());
   if (numbers.size() != 1 && numbers.size() <= head)
-    throw InvalidInput("AirColumn", "numbers of its memory", count, "", "1, or more than 5 with tubes");
+    throw InvalidInput("AirColumn", "numbers of its memory", count, "", "1, or more than 13 with tubes");
   Memory memory;
   memory.flow_stopped = numbers[0] != 0;
   if (numbers.size() == 1) return memory;
   memory.source = numbers[1];
   memory.flow_below = numbers[2];
   memory.flow_above = numbers[3];
-  if (!(numbers[4] >= 0 && numbers[4] <= count - head))
-    throw InvalidInput("AirColumn", "numbers of the trachea in its memory", numbers[4], "",
+  memory.trachea_work = {numbers[4], numbers[5], numbers[6], numbers[7]};
+  memory.tract_work = {numbers[8], numbers[9], numbers[10], numbers[11]};
+  if (!(numbers[12] >= 0 && numbers[12] <= count - head))
+    throw InvalidInput("AirColumn", "numbers of the trachea in its memory", numbers[12], "",
                        "in [0, " + number_text(count - head) + "]");
-  const auto below = static_cast<std::ptrdiff_t>(numbers[4]);
+  const auto below = static_cast<std::ptrdiff_t>(numbers[12]);
   const auto all = Eigen::Map<const Vector>(numbers.data(), static_cast<std::ptrdiff_t>(numbers.size()));
   memory.trachea = all.segment(head, below);
   memory.tract = all.tail(all.size() - head - below);
@@ -64,13 +74,24 @@ AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes) : 
   const Gas gas{airflow.options().air_density, tubes.sound_speed, slit ? slit->air_viscosity : Gas{}.viscosity};
   if (tubes.trachea) trachea_.emplace(*tubes.trachea, gas, "Trachea", step);
   if (tubes.tract) tract_.emplace(*tubes.tract, gas, "Tract", step);
+  const auto* supply = tubes.trachea ? std::get_if<FlowSupply>(&tubes.trachea->end) : nullptr;
+  if (!supply) return;
+  if (!(airflow.options().rise > 0))
+    throw InvalidInput("Airflow", "rise", airflow.options().rise, "s", "> 0 where a flow is supplied",
+                       "It begins in still air.");
+  supplied_flow_ = supply->flow;
+}
+
+double AirColumn::source(const Air& air) const {
+  if (!supplied_flow_) return air.subglottal_pressure;
+  return *supplied_flow_ * air.subglottal_pressure / airflow_->options().subglottal_pressure;
 }
 
 FlowState AirColumn::start(const Vector& areas) {
   now_ = {};
   air_last_ = air_weighted_ = airflow_->air(0.0);
   if (!has_tubes()) return evaluate(areas, Instant::last);
-  now_.source = air_last_.subglottal_pressure;
+  now_.source = source(air_last_);  // of a flow 0, and no pressure either
   if (trachea_) air_last_.subglottal_impedance = trachea_->line.steady_resistance();
   if (tract_) air_last_.supraglottal_impedance = tract_->line.steady_resistance();
   const FlowState flow = evaluate(areas, Instant::last);
@@ -88,7 +109,7 @@ void AirColumn::begin_step(const Memory& memory, double last, double ahead, Inst
   if (!has_tubes()) return;
   Air& air = load == Instant::last ? air_last_ : air_weighted_;
   const double duration = last > 0 ? step_ : load == Instant::last ? 0.0 : ahead;
-  source_then_ = air.subglottal_pressure;
+  source_then_ = source(air);
   if (trachea_) {
     LineStep& line = trachea_->begin(duration, step_);
     line.begin(memory.trachea, -memory.flow_below, memory.source, source_then_);
@@ -111,8 +132,8 @@ FlowState AirColumn::evaluate(const Vector& areas, Instant at, const std::option
 }
 
 AirColumn::Memory AirColumn::end_step(const FlowState& flow) {
-  if (trachea_) now_.trachea = trachea_->taken->end(-flow.flow_below);
-  if (tract_) now_.tract = tract_->taken->end(flow.flow_above);
+  if (trachea_) now_.trachea = trachea_->taken->end(-flow.flow_below, &now_.trachea_work);
+  if (tract_) now_.tract = tract_->taken->end(flow.flow_above, &now_.tract_work);
   if (has_tubes()) {
     now_.source = source_then_;
     now_.flow_below = flow.flow_below;
@@ -133,8 +154,25 @@ void AirColumn::require(const Memory& memory) const {
   };
   check("trachea", memory.trachea, trachea_);
   check("tract", memory.tract, tract_);
-  for (const double value : {memory.source, memory.flow_below, memory.flow_above})
-    if (!std::isfinite(value)) throw InvalidInput("Simulation: the state's flows of the air must be finite.");
+  const LineWork& below = memory.trachea_work;
+  const LineWork& above = memory.tract_work;
+  for (const double value : {memory.source, memory.flow_below, memory.flow_above, below.port, below.source,
+                             below.radiated, below.lost, above.port, above.source, above.radiated, above.lost})
+    if (!std::isfinite(value))
+      throw InvalidInput("Simulation: the state's flows and works of the air must be finite.");
+}
+
+double AirColumn::lip_flow(const Memory& memory) const {
+  return tract_ ? tract_->line.end_flow(memory.tract, 0.0) : memory.flow_above;
+}
+
+double AirColumn::supply_rise(const Memory& memory) const {
+  return memory.source / supplied_flow_.value_or(airflow_->options().subglottal_pressure);
+}
+
+double AirColumn::tube_energy(const Memory& memory) const {
+  return (trachea_ ? trachea_->line.energy(memory.trachea) : 0.0) +
+         (tract_ ? tract_->line.energy(memory.tract) : 0.0);
 }
 
 }  // namespace plica

@@ -9,9 +9,11 @@ namespace plica {
 
 /// The tubes of a scene: absent is one of no length, at the end of which the pressure is held.
 struct Tubes {
-  std::optional<Tube> trachea;  // from the first section down; its source is the subglottal pressure
-  std::optional<Tube> tract;    // from the last section up
-  double sound_speed = 350.0;   // m/s, > 0
+  /// From the first section down. Its end is a supply: of the subglottal pressure, or of a flow that rises as
+  /// that.
+  std::optional<Tube> trachea;
+  std::optional<Tube> tract;   // from the last section up; nothing drives its end
+  double sound_speed = 350.0;  // m/s, > 0
   bool any() const { return trachea || tract; }
   void validate() const;  // throws InvalidInput
 };
@@ -25,8 +27,9 @@ class AirColumn {
   /// At the end of a step, as what a file keeps.
   struct Memory {
     bool flow_stopped = false;
-    double source = 0.0;                        // Pa, behind the trachea
+    double source = 0.0;                        // Pa or m^3/s, behind the trachea
     double flow_below = 0.0, flow_above = 0.0;  // m^3/s
+    LineWork trachea_work, tract_work;          // since t = 0
     Vector trachea, tract;                      // TransmissionLine states; empty without
     std::vector<double> numbers() const;
     /// Throws InvalidInput for numbers that are not such.
@@ -64,6 +67,12 @@ class AirColumn {
   Memory end_step(const FlowState& flow);
   /// Throws InvalidInput for a memory that is not of these tubes.
   void require(const Memory& memory) const;
+  /// m^3/s, out of the tract's far end, with this memory; without a tract the flow out of the glottis.
+  double lip_flow(const Memory& memory) const;
+  /// What drives the trachea's far end, in shares of what it is from the end of its rise on.
+  double supply_rise(const Memory& memory) const;
+  /// J, of sound and walls in both tubes.
+  double tube_energy(const Memory& memory) const;
 
  private:
   /// A tube, and its steps: the one after t = 0 may be shorter.
@@ -76,9 +85,13 @@ class AirColumn {
     LineStep* taken = nullptr;
   };
 
+  /// What drives the trachea's far end, of the air then.
+  double source(const Air& air) const;
+
   const Airflow* airflow_;
   double step_;
   std::optional<Side> trachea_, tract_;
+  std::optional<double> supplied_flow_;  // m^3/s, from the end of its rise on; absent: a pressure
   double source_then_ = 0.0;
   Air air_last_, air_weighted_;
   Memory now_;

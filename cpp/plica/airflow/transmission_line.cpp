@@ -39,8 +39,10 @@ void Tube::validate(const char* where) const {
     check(supply->reflection >= 0 && supply->reflection <= 1, "reflection", supply->reflection, "", "in [0, 1]");
     check(not_negative(supply->volume), "volume", supply->volume, "m^3", ">= 0 and finite");
   }
-  if (const auto* supply = std::get_if<FlowSupply>(&end))
+  if (const auto* supply = std::get_if<FlowSupply>(&end)) {
     check(not_negative(supply->volume), "volume", supply->volume, "m^3", ">= 0 and finite");
+    check(not_negative(supply->flow), "flow", supply->flow, "m^3/s", ">= 0 and finite");
+  }
 }
 
 TransmissionLine::TransmissionLine(const Tube& tube, const Gas& gas, const char* where, double longest)
@@ -127,6 +129,33 @@ double TransmissionLine::end_flow(const Vector& state, double source) const {
   return state[2 * n - 2] - (walls_ ? state[3 * n - 2] : 0.0);
 }
 
+TransmissionLine::Response TransmissionLine::response(std::complex<double> s) const {
+  using Complex = std::complex<double>;
+  if (!std::isfinite(s.real()) || !std::isfinite(s.imag()) || s == 0.0)
+    throw InvalidInput("TransmissionLine: the growth rate of its response must be finite and not 0.");
+  const auto shunt = [&](std::ptrdiff_t k) {
+    Complex admittance = s * compliance_[k];
+    if (walls_) admittance += wall_area_[k] / (s * walls_->mass + walls_->resistance + walls_->stiffness / s);
+    return admittance;
+  };
+  // From the far end on, of what is the scale there.
+  const std::ptrdiff_t n = nodes();
+  Complex out = 0.0, pressure = 1.0, flow;
+  if (end_ == End::held) {
+    pressure = 0.0;
+    out = flow = 1.0;
+  } else {
+    if (end_ == End::radiating) out = 1 / end_resistance_ + 1.0 / (s * end_inertance_);
+    if (end_ == End::resistive) out = 1 / end_resistance_;
+    flow = out + shunt(n - 1);
+  }
+  for (std::ptrdiff_t k = n - 2; k >= 0; --k) {
+    pressure += (s * inertance_[k] + friction_[k]) * flow;
+    flow += shunt(k) * pressure;
+  }
+  return {pressure / flow, out / flow};
+}
+
 LineStep::LineStep(const TransmissionLine& line, double duration, double longest)
     : line_(line),
       count_(static_cast<int>(std::ceil(duration / longest * (1 - 1e-12)))),
@@ -160,9 +189,9 @@ LineStep::LineStep(const TransmissionLine& line, double duration, double longest
     inverse_pivots_[k] = 1 / (diagonal[k] - (k > 0 ? down_[k] * along_[k - 1] : 0.0));
     if (k + 1 < n) up_[k] = along_[k] * inverse_pivots_[k];
   }
-  Vector still = Vector::Zero(line.size());
-  run(still, {0.0, 1.0, 0.0, 0.0}, nullptr);
-  impedance_ = still[0];
+  added_ = Vector::Zero(line.size());
+  run(added_, {0.0, 1.0, 0.0, 0.0}, added_borders_);
+  impedance_ = added_[0];
 }
 
 void LineStep::begin(const Vector& state, double flow, double source, double source_then) {
@@ -171,26 +200,51 @@ void LineStep::begin(const Vector& state, double flow, double source, double sou
   flow_ = flow;
   source_ = source;
   source_then_ = source_then;
-  run(without_, {flow, 0.0, source, source_then}, nullptr);
+  run(without_, {flow, 0.0, source, source_then}, without_borders_);
   pressure_ = without_[0];
 }
 
 Vector LineStep::end(double flow, LineWork* work) const {
   require_size("LineStep", "state that its step began from", state_.size(), line_.size());
-  Vector state = state_;
-  run(state, {flow_, flow, source_, source_then_}, work);
+  if (count_ == 0) return state_;
+  Vector state = without_ + flow * added_;
+  if (work) add_work(flow, state, *work);
   return state;
 }
 
-void LineStep::run(Vector& state, const Path& path, LineWork* work) const {
+double LineStep::source_at(int substep) const {
+  return source_ + (substep + 0.5) / count_ * (source_then_ - source_);
+}
+
+void LineStep::add_work(double flow, const Vector& state, LineWork& work) const {
+  using End = TransmissionLine::End;
+  const Vector near = without_borders_.near + flow * added_borders_.near;
+  const Vector far = without_borders_.far + flow * added_borders_.far;
+  const Vector inward = without_borders_.inward + flow * added_borders_.inward;
+  double port = 0, source = 0, radiated = 0;
+  for (int i = 0; i < count_; ++i) {
+    port += near[i] * (flow_ + (i + 0.5) / count_ * (flow - flow_));
+    if (line_.end_ == End::radiating)
+      radiated += far[i] * far[i] / line_.end_resistance_;
+    else
+      source += (line_.end_ == End::supplied ? far[i] : source_at(i)) * inward[i];
+  }
+  work.port += substep_ * port;
+  work.source += substep_ * source;
+  work.radiated += substep_ * radiated;
+  work.lost += substep_ * (port + source - radiated) - (line_.energy(state) - line_.energy(state_));
+}
+
+void LineStep::run(Vector& state, const Path& path, Borders& borders) const {
+  for (Vector* values : {&borders.near, &borders.far, &borders.inward}) values->setZero(count_);
   for (int i = 0; i < count_; ++i) {
     const double at = (i + 0.5) / count_;
     substep(state, path.flow + at * (path.flow_then - path.flow),
-            path.source + at * (path.source_then - path.source), work);
+            path.source + at * (path.source_then - path.source), borders, i);
   }
 }
 
-void LineStep::substep(Vector& state, double flow, double source, LineWork* work) const {
+void LineStep::substep(Vector& state, double flow, double source, Borders& borders, int at) const {
   using End = TransmissionLine::End;
   const std::ptrdiff_t n = line_.nodes();
   const bool yields = line_.walls_.has_value(), held = line_.end_ == End::held;
@@ -219,34 +273,21 @@ void LineStep::substep(Vector& state, double flow, double source, LineWork* work
 
   flows_.array() += along_.array() * (middle_.head(n - 1) - middle_.tail(n - 1)).array();
   if (yields) walls_.array() += shunt_.array() * middle_.array();
-  if (work) add_work(state, flow, source, *work);
+  borders.near[at] = middle_[0];
+  borders.far[at] = middle_[n - 1];
+  if (line_.end_ == End::resistive)
+    borders.inward[at] = (source - middle_[n - 1]) / line_.end_resistance_;
+  else if (line_.end_ == End::supplied)
+    borders.inward[at] = source;
+  else if (held)  // what is stored in half an element, and what its wall makes room for
+    borders.inward[at] =
+        storing_[n - 1] * (middle_[n - 1] - p[n - 1]) + (yields ? walls_[n - 1] : 0.0) - flows_[n - 2];
   if (line_.end_ == End::radiating) U_end += substep_ * middle_[n - 1] / line_.end_inertance_;
   p = 2 * middle_.array() - p;
   U = 2 * flows_.array() - U;
   if (!yields) return;
   U_wall = 2 * walls_.array() - U_wall;
   V_wall += substep_ * walls_.array();
-}
-
-void LineStep::add_work(const Vector& state, double flow, double source, LineWork& work) const {
-  using End = TransmissionLine::End;
-  const std::ptrdiff_t n = line_.nodes();
-  const double h = substep_, last = middle_[n - 1];
-  work.port += h * middle_[0] * flow;
-  work.friction += h * line_.friction_.dot(flows_.cwiseAbs2());
-  if (line_.walls_)
-    work.walls += h * line_.walls_->resistance * (walls_.array().square() / line_.wall_area_.array()).sum();
-  if (line_.end_ == End::radiating) work.radiated += h * last * last / line_.end_resistance_;
-  if (line_.end_ == End::supplied) work.source += h * last * source;
-  if (line_.end_ == End::resistive) {
-    const double in = (source - last) / line_.end_resistance_;
-    work.source += h * source * in;
-    work.friction += h * line_.end_resistance_ * in * in;
-  }
-  if (line_.end_ == End::held) {
-    const double stored = storing_[n - 1] * (last - state[n - 1]), out = line_.walls_ ? walls_[n - 1] : 0.0;
-    work.source += h * last * (stored + out - flows_[n - 2]);
-  }
 }
 
 }  // namespace plica

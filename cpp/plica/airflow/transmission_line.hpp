@@ -1,4 +1,6 @@
 #pragma once
+#include <complex>
+
 #include "plica/airflow/tube.hpp"
 #include "plica/core/types.hpp"
 
@@ -25,6 +27,13 @@ class TransmissionLine {
   double energy(const Vector& state) const;
   /// m^3/s, at the far end, outwards.
   double end_flow(const Vector& state, double source) const;
+  /// What a flow exp(s t) at the glottis leads to, nothing driving the far end.
+  struct Response {
+    std::complex<double> impedance;  // Pa s/m^3, pressure at the glottis over flow there
+    std::complex<double> transfer;   // flow at the far end, outwards, over flow at the glottis
+  };
+  /// s: 1/s, i 2 pi f at a frequency f, not 0. Poles of both are its resonances. Throws InvalidInput.
+  Response response(std::complex<double> s) const;
 
  private:
   friend class LineStep;
@@ -39,13 +48,12 @@ class TransmissionLine {
   double end_resistance_ = 0.0, end_inertance_ = 0.0;  // Pa s/m^3, Pa s^2/m^3
 };
 
-/// Energy that crosses the borders of a line or is lost in a step, J.
+/// Energy that crosses the borders of a line or is lost in it, J.
 struct LineWork {
   double port = 0.0;      // in at the glottis
   double source = 0.0;    // in at the far end
   double radiated = 0.0;  // out at a radiating end
-  double friction = 0.0;
-  double walls = 0.0;  // lost in them
+  double lost = 0.0;      // to friction, walls and a supply's resistance: what is neither stored nor radiated
 };
 
 /// Takes a line from an instant to one that is `duration` later, in substeps of the implicit midpoint rule through
@@ -68,11 +76,16 @@ class LineStep {
   struct Path {
     double flow, flow_then, source, source_then;
   };
-  void run(Vector& state, const Path& path, LineWork* work) const;
+  /// Of the middle of each substep, Pa and m^3/s; `inward` is the flow into the line at a far end that does not
+  /// radiate.
+  struct Borders {
+    Vector near, far, inward;
+  };
+  void run(Vector& state, const Path& path, Borders& borders) const;
   /// Under the flow and the source of its middle.
-  void substep(Vector& state, double flow, double source, LineWork* work) const;
-  /// Of a substep from this state, whose middle is known.
-  void add_work(const Vector& state, double flow, double source, LineWork& work) const;
+  void substep(Vector& state, double flow, double source, Borders& borders, int at) const;
+  double source_at(int substep) const;
+  void add_work(double flow, const Vector& state, LineWork& work) const;
 
   const TransmissionLine& line_;
   int count_;       // substeps
@@ -83,9 +96,13 @@ class LineStep {
   Vector shunt_;            // (n) m^3/(Pa s)
   double wall_carried_ = 0.0, wall_held_ = 0.0;  // -, 1/s
   Vector inverse_pivots_, down_, up_;            // (n) the factors of the tridiagonal matrix
+  // What a flow at the glottis that grows from 0 to 1 m^3/s in the step adds: all is linear in it.
+  Vector added_;
+  Borders added_borders_;
   double impedance_ = 0.0;
   // Of a step.
   Vector state_, without_;  // as it begins; as it would end without flow at the glottis
+  Borders without_borders_;
   double flow_ = 0.0, source_ = 0.0, source_then_ = 0.0, pressure_ = 0.0;
   mutable Vector middle_, flows_, walls_;  // Pa, m^3/s, of the middle of a substep: workspace
 };

@@ -28,6 +28,7 @@ struct PressureSupply {
 /// A flow that varies by time alone enters at the far end: closed where it is 0.
 struct FlowSupply {
   double volume = 0.0;  // m^3, >= 0
+  double flow = 0.0;    // m^3/s, >= 0, from the end of its rise on
 };
 
 /// A tube from the glottis to its far end, of parts that are uniform.

@@ -69,6 +69,8 @@ class Simulation {
   }
   /// Null without airflow.
   const Airflow* airflow() const { return flow_ ? &flow_->airflow() : nullptr; }
+  /// Null without airflow. What it remembers of the last step is state().air.
+  const AirColumn* air_column() const { return air_ ? &*air_ : nullptr; }
   /// Of all nodes, whatever moves them. Null without contact.
   const Collision* collision() const { return contact_ ? &contact_->collision() : nullptr; }
   /// How contact forces are solved for, never Automatic; null without contact, with CentralDifferences and in a

@@ -66,6 +66,15 @@ Waveform only(Of of, Waveform waveform) {
   return waveform;
 }
 
+/// The sum of a work of both tubes, J.
+template <typename Read>
+Waveform of_tubes(const char* name, const char* meaning, Read read) {
+  return only(Of::tubes, wave(name, "J", meaning, [read](const StepTaken& step) {
+                const AirColumn::Memory& air = step.simulation().state().air;
+                return read(air.trachea_work) + read(air.tract_work);
+              }));
+}
+
 Waveform since_start(Waveform waveform) {
   waveform.since_start = true;
   return waveform;
@@ -122,9 +131,26 @@ std::vector<Waveform> make_waveforms() {
           "um"),
 
       wave("flow", "m^3/s", "Volume flow through the glottis.", [](const FlowRecord& r) { return r.state.flow; }),
-      only(Of::rise,
-           wave("subglottal_pressure", "Pa", "Of the air that drives the flow; of a scene in which it rises.",
+      only(Of::changing_pressure,
+           wave("subglottal_pressure", "Pa", "Below the glottis; of a scene in which it rises or has a trachea.",
                 [](const FlowRecord& r) { return r.state.subglottal_pressure; })),
+      only(Of::trachea,
+           wave("supply_rise", "1", "What drives the air behind the trachea, over what it is once it has risen.",
+                [](const StepTaken& s) {
+                  return s.simulation().air_column()->supply_rise(s.simulation().state().air);
+                })),
+      only(Of::tract, wave("supraglottal_pressure", "Pa", "Above the glottis, where the vocal tract begins.",
+                           [](const FlowRecord& r) { return r.state.supraglottal_pressure; })),
+      only(Of::tubes, wave("flow_below", "m^3/s",
+                           "Out of the air below the glottis: the flow and what the folds there make room for.",
+                           [](const FlowRecord& r) { return r.state.flow_below; })),
+      only(Of::tubes, wave("flow_above", "m^3/s",
+                           "Into the air above the glottis: the flow less what the folds there make room for.",
+                           [](const FlowRecord& r) { return r.state.flow_above; })),
+      only(Of::tract, wave("lip_flow", "m^3/s", "Out of the far end of the vocal tract.",
+                           [](const StepTaken& s) {
+                             return s.simulation().air_column()->lip_flow(s.simulation().state().air);
+                           })),
       wave("minimum_area", "m^2", "Least section area: the glottal area.",
            [](const FlowRecord& r) { return r.state.area.minCoeff(); }),
       wave("separation", "1", "First section of the free jet, from 0; with Bernoulli's flow that of least area.",
@@ -140,7 +166,8 @@ std::vector<Waveform> make_waveforms() {
            "1 where section of separation and stop of the flow, going to and fro, were held for the last sweeps.",
            &FlowRecord::frozen),
       wave("coupling_converged", "1", "0 where the sweeps ended above the tolerance.", &FlowRecord::converged),
-      wave("air_power", "W", "Subglottal pressure times flow.",
+      wave("air_power", "W",
+           "Pressure difference along the glottis times flow; subglottal pressure without a tract.",
            [](const FlowRecord& r) { return r.state.supplied_power; }),
       wave("air_viscous_loss", "W", "What friction at the walls takes of it; the rest leaves with the jet.",
            [](const FlowRecord& r) { return r.state.viscous_power; }),
@@ -149,11 +176,25 @@ std::vector<Waveform> make_waveforms() {
                             &Ledger::flow_work))),
       since_start(
           only(Of::airflow, wave("air_supplied_energy", "J",
-                                 "Subglottal pressure times the volume of air that has flowed since t = 0.",
+                                 "Air power since t = 0: pressure difference along the glottis times volume.",
                                  &Ledger::air_supplied_energy))),
       since_start(
           only(Of::airflow, wave("air_viscous_energy", "J", "What friction at the walls took of it since t = 0.",
                                  &Ledger::air_viscous_energy))),
+      only(Of::tubes, wave("tube_energy", "J", "Of sound and walls in trachea and vocal tract.",
+                           [](const StepTaken& s) {
+                             return s.simulation().air_column()->tube_energy(s.simulation().state().air);
+                           })),
+      since_start(of_tubes("supply_energy", "What the supply behind the trachea has given since t = 0.",
+                           [](const LineWork& work) { return work.source; })),
+      since_start(of_tubes("tube_outflow_energy",
+                           "What the tubes have given to the glottis since t = 0: to its flow and to the folds.",
+                           [](const LineWork& work) { return -work.port; })),
+      since_start(of_tubes("tube_loss",
+                           "What friction, yielding walls and the supply's resistance have taken since t = 0.",
+                           [](const LineWork& work) { return work.lost; })),
+      since_start(of_tubes("radiated_energy", "What has left at the lips since t = 0.",
+                           [](const LineWork& work) { return work.radiated; })),
       wave("section_area", "m^2", "Of each section of the airway, upward, (steps, sections).",
            [](const FlowRecord& r) -> const Vector& { return r.state.area; }),
       wave("section_pressure", "Pa", "In each section, (steps, sections).",
@@ -218,8 +259,14 @@ bool Waveform::exists_in(const Scene& scene) const {
   switch (of) {
     case Of::airflow:
       return scene.airflow.has_value();
-    case Of::rise:
-      return scene.airflow && scene.airflow->flow.rise > 0;
+    case Of::changing_pressure:
+      return scene.airflow && (scene.airflow->flow.rise > 0 || scene.airflow->tubes.trachea);
+    case Of::tubes:
+      return scene.airflow && scene.airflow->tubes.any();
+    case Of::trachea:
+      return scene.airflow && scene.airflow->tubes.trachea;
+    case Of::tract:
+      return scene.airflow && scene.airflow->tubes.tract;
     case Of::contact:
       return scene.contact.has_value();
     case Of::friction:
@@ -257,7 +304,8 @@ Recorder::Recorder(const Simulation& simulation, const std::vector<std::string>&
     if (!waveform.exists_in(simulation.scene()))
       throw InvalidInput(
           "Recorder: \"" + name +
-          "\" is a waveform of airflow, its rise, contact or friction; the scene must have that part.");
+          "\" is a waveform of airflow, its rise, trachea or tract, of contact or friction; the scene must have "
+          "that part.");
     std::vector<std::ptrdiff_t> shape;
     if (waveform.per == Per::section) shape.push_back(simulation.airflow()->sections().count());
     if (waveform.per == Per::probe) shape.push_back(probes_.size());

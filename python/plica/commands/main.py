@@ -12,6 +12,7 @@ from plica.commands import (
     compare,
     examples,
     film,
+    formants,
     identify,
     info,
     keys,
@@ -34,6 +35,7 @@ _FAILED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
 _COMMANDS = (
     run,
     mesh,
+    formants,
     examples,
     keys,
     video,

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.runs.basis_file import read_basis
+from plica.runs.options import engine_options
+from plica.runs.tubes import tubes_of
 from plica.scene.held import fixed_components
 from plica.scene.initial import initial_fields
 from plica.scene.mesh.build import build_mesh
 from plica.scene.mesh.parts import MeshFile
 from plica.scene.mesh.surface_fault import airway_fault, contact_fault, selecting
-from plica.scene.part import OneOf, Part
 from plica.scene.parts import Airflow, Contact
 from plica.scene.scene import Scene
 from plica.scene.tissue import Tissue
@@ -101,10 +102,10 @@ def build_simulation(
     try:
         return _engine.Simulation(
             **body,
-            scheme=_options(scene.time.scheme.choice),
+            scheme=engine_options(scene.time.scheme.choice),
             step=scene.time.step,
             solver_tolerance=scene.solver.tolerance,
-            solver=_options(scene.solver.method.choice),
+            solver=engine_options(scene.solver.method.choice),
             lumped_mass=scene.time.mass == "lumped",
             **parts,
         )
@@ -262,17 +263,10 @@ def _place(point: NDArray[np.float64]) -> str:
     return "[" + ", ".join(f"{coordinate:g}" for coordinate in point) + "]"
 
 
-def _options(part: Part, **given: Any) -> Any:
-    """The engine's options struct with the part's name, from the fields of the part and the given ones."""
-    options = getattr(_engine, type(part).__name__)
-    fields = {name: getattr(part, name) for name in options._defaults if name not in given}
-    chosen = {name: _options(field.choice) for name, field in fields.items() if isinstance(field, OneOf)}
-    return options(**fields | chosen, **given)
-
-
 def _airflow(scene: Scene, airflow: Airflow, mesh: _engine.TetMesh) -> _engine.Airflow:
     _known_surface(scene, "airflow.surface", airflow.surface, mesh)
-    made: _engine.Airflow = _options(airflow)
+    tubes: dict[str, Any] = {"trachea": None, "tract": None} | tubes_of(scene)
+    made: _engine.Airflow = engine_options(airflow, **tubes)
     return made
 
 
@@ -295,10 +289,10 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
                 raise SceneError(f"{scene.source}: contact.{fault}") from None
         hint = ' Between other meshes: airway = "triangulated".' if matched else ""
         raise SceneError(f"{scene.source}: contact: {error}{hint}") from None
-    made: _engine.Contact = _options(
+    made: _engine.Contact = engine_options(
         contact,
         airway=airway,
-        enforcement=_options(contact.choice),
+        enforcement=engine_options(contact.choice),
         faces=_engine.Mortar(*surfaces) if contact.faces == "mortar" else _engine.AtNodes(),
     )
     return made

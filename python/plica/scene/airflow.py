@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from plica.scene.part import Count, OneOf, Part, engine_default, problem
-from plica.units import Density, Number, Pressure, Time, Viscosity
+from plica.units import Density, Number, Pressure, Time, Velocity, Viscosity
 
 __all__ = [
     "Airflow",
@@ -137,6 +137,11 @@ class Airflow(Part):
     """The flow model in the glottis."""
     area: SectionArea = Field(default_factory=lambda: SectionArea(cut=Cut()))
     """How section areas are computed from the shape."""
+    sound_speed: Annotated[Velocity, Field(gt=0)] = Field(
+        default_factory=engine_default("Airflow", "sound_speed")
+    )
+    """[m/s] Of the air in trachea and tract, where the scene has them: 343 at 20, 353 at 37 degrees
+    Celsius."""
     load_shape: Literal["reference", "current"] = Field(
         default_factory=engine_default("Airflow", "load_shape")
     )

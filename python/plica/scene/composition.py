@@ -119,7 +119,39 @@ def _unlike_multipliers(scene: Any) -> Fault:
     )
 
 
+def _tube_without_airflow(scene: Any) -> Fault:
+    given = [name for name in ("tract", "trachea") if getattr(scene, name) is not None]
+    return ((given[0],), None) if given and scene.airflow is None else None
+
+
+def _supplied_flow_at_once(scene: Any) -> Fault:
+    supplied = scene.trachea is not None and scene.trachea.supply.flow is not None
+    return (
+        (("airflow", "rise"), 0.0)
+        if supplied and scene.airflow is not None and scene.airflow.rise == 0
+        else None
+    )
+
+
 COMBINATIONS = (
+    Combination(
+        "Scene",
+        "tract, trachea",
+        "no airflow",
+        "must be left out",
+        "nothing flows into them. Add [airflow].",
+        "physics",
+        _tube_without_airflow,
+    ),
+    Combination(
+        "Scene",
+        "airflow.rise = 0",
+        "trachea.supply.flow",
+        "must be > 0 s",
+        "a flow begins in still air. Give the time over which it rises, such as 5 ms.",
+        "physics",
+        _supplied_flow_at_once,
+    ),
     Combination(
         "Scene",
         "symmetry",

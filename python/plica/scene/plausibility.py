@@ -103,6 +103,39 @@ BOUNDS: dict[str, Bound] = {
         "hexafluoride 1.5e-5.",
         {"poise": 0.1, "mPa s": 1e-3, "uPa s": 1e-6},
     ),
+    "sound_speed": Bound(
+        130.0,
+        1.05e3,
+        "m/s",
+        "Sound in breathing gas has",
+        "Sulphur hexafluoride (135) to helium at body temperature (1030); air has 343 to 353.",
+        {"cm/s": 1e-2},
+    ),
+    "tube_length": Bound(
+        0.02,
+        2.0,
+        "m",
+        "Tracheas and vocal tracts have",
+        "A third of a newborn child's vocal tract (7 cm) to twice the longest tube of experiments (1.1 m).",
+        _LENGTHS,
+    ),
+    "tube_area": Bound(
+        5e-6,
+        0.01,
+        "m^2",
+        "Tracheas and vocal tracts have",
+        "Half the constriction of a fricative (10 mm^2) to a trumpet's bell (100 cm^2); a tract has 0.3 to "
+        "15, a trachea 2 to 3 cm^2.",
+        {"cm^2": 1e-4, "mm^2": 1e-6},
+    ),
+    "supplied_flow": Bound(
+        5e-6,
+        5e-3,
+        "m^3/s",
+        "Phonation has",
+        "A tenth of a soft voice's flow (50 ml/s) to a forced breath (5 l/s).",
+        {"ml/s": 1e-6, "l/s": 1e-3},
+    ),
     "stiffness": Bound(
         100.0,
         2e6,
@@ -323,11 +356,27 @@ def _fold_sizes(larynx: Larynx) -> dict[str, float]:
     return found
 
 
+def _tube_quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
+    assert scene.airflow is not None
+    if scene.trachea is not None or scene.tract is not None:
+        yield "sound_speed", "airflow.sound_speed", scene.airflow.sound_speed
+    for name, tube in (("trachea", scene.trachea), ("tract", scene.tract)):
+        if tube is None:
+            continue
+        length, area = tube.profile
+        yield "tube_length", f"length of the {name}", sum(length)
+        for extreme in {min(area), max(area)}:
+            yield "tube_area", f"area of the {name}", extreme
+    if scene.trachea is not None and (supply := scene.trachea.supply.flow) is not None:
+        yield "supplied_flow", "trachea.supply.flow.flow", supply.flow
+
+
 def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
     """Kind, path and value of the quantities of the scene, without its mesh."""
     assert scene.airflow is not None
     yield "subglottal_pressure", "airflow.subglottal_pressure", scene.airflow.subglottal_pressure
     yield "air_density", "airflow.air_density", scene.airflow.air_density
+    yield from _tube_quantities(scene)
     if scene.airflow.model.viscous_slit is not None:
         viscosity = scene.airflow.model.viscous_slit.air_viscosity
         yield "air_viscosity", "airflow.model.viscous_slit.air_viscosity", viscosity

@@ -31,6 +31,7 @@ from plica.scene.stepping import is_whole
 from plica.scene.tissue import Tissue
 from plica.scene.tissue_presets import by_name
 from plica.scene.toml_text import toml_text
+from plica.scene.tubes import Trachea, Tract
 from plica.storage.files import require_file, write_text
 from plica.units import Acceleration
 
@@ -72,6 +73,11 @@ class Scene(Part):
     """Where the tissue is fixed; default for a larynx: at its wall."""
     airflow: Airflow | None = None
     """Airflow that drives the tissue; default: none."""
+    trachea: Trachea | None = None
+    """Air between the glottis and what drives it; default: none, the subglottal pressure is right below the
+    glottis."""
+    tract: Tract | None = None
+    """Vocal tract above the glottis; default: none, the pressure there is that of the room."""
     contact: Contact | None = None
     """Contact between two surfaces; default: none, bodies pass through each other."""
     loads: tuple[Load, ...] = ()
@@ -151,7 +157,7 @@ class Scene(Part):
             data = tomllib.loads(text)
         except ValueError as error:  # TOMLDecodeError, or a number of thousands of digits
             raise SceneError(f"{where}: not TOML: {error}.") from None
-        for name, path in (("mesh", "file"), ("reduction", "basis")):
+        for name, path in (("mesh", "file"), ("reduction", "basis"), ("tract", "file"), ("trachea", "file")):
             part = data.get(name)
             if isinstance(part, dict) and isinstance(part.get(path), str):
                 part[path] = str(((folder or Path()) / part[path]).resolve())

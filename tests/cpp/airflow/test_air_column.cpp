@@ -1,6 +1,10 @@
 // What drives the flow in a step, and what the air remembers of it.
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <string>
+#include <vector>
+
 #include "../approx.hpp"
 #include "plica/airflow/air_column.hpp"
 #include "plica/core/error.hpp"
@@ -77,7 +81,9 @@ TEST_CASE("the memory of the air is what its numbers say, and starts with none")
   }
   CHECK_THROWS_AS(AirColumn::Memory::of({}), InvalidInput);
   CHECK_THROWS_AS(AirColumn::Memory::of({1, 0}), InvalidInput);
-  CHECK_THROWS_AS(AirColumn::Memory::of({1, 0, 0, 0, 3, 1, 2}), InvalidInput);
+  std::vector<double> numbers(14, 0.0);
+  numbers[12] = 3;  // of the trachea, where there is one
+  CHECK_THROWS_AS(AirColumn::Memory::of(numbers), InvalidInput);
   const Airflow airflow = rising(1e-3);
   AirColumn column(airflow, 1e-4);
   const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
@@ -105,6 +111,61 @@ TEST_CASE("a steady flow between tubes goes on as it began") {
     CHECK(flow.subglottal_pressure == approx(first.subglottal_pressure).epsilon(1e-9));
     memory = column.end_step(flow);
   }
+  // Nothing is stored: the supply gives what the glottis and friction take. The first step is shorter.
+  const double time = 49 * 1e-4 + 0.7e-4;
+  const LineWork &below = memory.trachea_work, &above = memory.tract_work;
+  CHECK(below.source == approx(time * airflow.options().subglottal_pressure * first.flow).epsilon(1e-9));
+  CHECK(below.port == approx(-time * first.subglottal_pressure * first.flow).epsilon(1e-9));
+  CHECK(above.port == approx(time * first.supraglottal_pressure * first.flow).epsilon(1e-9));
+  CHECK(above.lost == approx(above.port).epsilon(1e-9));
+  CHECK(column.lip_flow(memory) == approx(first.flow).epsilon(1e-9));
+  CHECK(column.supply_rise(memory) == 1.0);
+  AirColumn again(airflow, 1e-4, tubes);
+  again.start(areas);
+  CHECK(column.tube_energy(memory) == approx(again.tube_energy(again.remembered())).epsilon(1e-9));
+}
+
+TEST_CASE("a flow that is supplied rises from none and has to pass the glottis") {
+  const Airflow airflow = rising(2e-3);
+  Tubes tubes;
+  tubes.trachea = Tube{{0.1}, {2e-4}, FlowSupply{1e-5, 3e-5}};
+  AirColumn column(airflow, 1e-4, tubes);
+  const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
+  CHECK(column.start(areas).flow == 0);
+  AirColumn::Memory memory = column.remembered();
+  FlowState flow;
+  for (int i = 0; i < 3000; ++i) {
+    column.begin_step(memory, i * 1e-4, 1e-4);
+    flow = column.evaluate(areas, Instant::weighted);
+    memory = column.end_step(flow);
+    if (i == 9) CHECK(column.supply_rise(memory) == approx(0.5).epsilon(1e-12));
+  }
+  CHECK(column.supply_rise(memory) == 1.0);
+  CHECK(flow.flow == approx(3e-5).epsilon(1e-6));
+  const double jet = 0.5 * airflow.options().air_density * std::pow(3e-5 / areas.minCoeff(), 2);
+  CHECK(flow.subglottal_pressure == approx(jet).epsilon(1e-5));
+}
+
+TEST_CASE("tubes that nothing drives, or that drive what they must not, are refused") {
+  const Airflow at_once = rising(0.0), later = rising(1e-3);
+  const auto said = [](const Airflow& airflow, const Tubes& tubes) {
+    try {
+      const AirColumn column(airflow, 1e-4, tubes);
+      return std::string();
+    } catch (const InvalidInput& error) {
+      return std::string(error.what());
+    }
+  };
+  Tubes tubes;
+  tubes.trachea = Tube{{0.1}, {2e-4}, Radiation{}};
+  CHECK(said(later, tubes).find("must be a supply") != std::string::npos);
+  tubes.trachea->end = FlowSupply{};
+  CHECK(said(later, tubes).find("Nothing else drives") != std::string::npos);
+  tubes.trachea->end = FlowSupply{0.0, 1e-4};
+  CHECK(said(later, tubes).empty());
+  CHECK(said(at_once, tubes).find("begins in still air") != std::string::npos);
+  tubes.tract = Tube{{0.1}, {2e-4}, FlowSupply{0.0, 1e-4}};
+  CHECK(said(later, tubes).find("Its end is not driven") != std::string::npos);
 }
 
 TEST_CASE("a step without duration leaves the tubes as they are") {

@@ -46,9 +46,14 @@ def test_every_key_of_a_scene_is_in_its_reference(part: type[Part]) -> None:
 
 def test_every_waveform_of_a_run_has_a_unit_and_a_meaning(phonating: plica.Scene) -> None:
     rough = plica.Contact(multipliers=plica.Multipliers(), friction=0.3)
-    found = plica.build_simulation(phonating.replace({"contact": rough, "airflow.rise": "1 ms"})).advance(0)
-    assert set(found) == set(STORED)
-    assert set(found) - set(plica.build_simulation(phonating).advance(0)) == {
-        "friction_loss",
-        "subglottal_pressure",
-    }
+    tube = {"uniform": {"length": "15 cm", "area": "3 cm^2"}}
+    without = phonating.replace({"contact": rough, "airflow.rise": "1 ms"})
+    names = [
+        set(plica.build_simulation(scene).advance(0))
+        for scene in (phonating, without, without.replace({"tract": tube, "trachea": tube}))
+    ]
+    assert names[2] == set(STORED)
+    assert names[1] - names[0] == {"friction_loss", "subglottal_pressure"}
+    of_tubes = {"supraglottal_pressure", "flow_below", "flow_above", "lip_flow", "supply_rise"}
+    energies = {"supply_energy", "tube_loss", "radiated_energy", "tube_outflow_energy", "tube_energy"}
+    assert names[2] - names[1] == of_tubes | energies

@@ -52,8 +52,9 @@ def steady_cycles(run: RunData) -> Cycles:
 
 
 def risen(waveforms: Mapping[str, Array]) -> int:
-    """The first step from which the subglottal pressure stays as it is; what is before is no voice's."""
-    changes = np.flatnonzero(np.diff(waveforms.get("subglottal_pressure", ())))
+    """The first step from which what drives the air stays as it is; what is before is no voice's."""
+    driving = waveforms.get("supply_rise", waveforms.get("subglottal_pressure", ()))
+    changes = np.flatnonzero(np.diff(driving))
     return int(changes[-1]) + 1 if changes.size else 0
 
 
@@ -154,6 +155,12 @@ def _subglottal_pressure(scene_text: str, waveforms: Mapping[str, Array]) -> lis
         value = read_quantity((scene_table(scene_text, "airflow") or {})["subglottal_pressure"], "Pa")
     except (KeyError, ValueError):
         return []  # unknown for a run that was not made from a scene file
-    largest = float(np.max(waveforms.get("subglottal_pressure", value)))
+    supply = (scene_table(scene_text, "trachea") or {}).get("supply")
+    if isinstance(supply, dict) and "flow" in supply:
+        return []  # follows from the flow
+    if "supply_rise" in waveforms:
+        largest = value * float(np.max(waveforms["supply_rise"]))
+    else:
+        largest = float(np.max(waveforms.get("subglottal_pressure", value)))
     short = [f"not reached: {largest:.4g} Pa at the end of the record, where it still rises"]
     return [whole("subglottal_pressure", value, cautions=short if largest < (1 - 1e-9) * value else [])]

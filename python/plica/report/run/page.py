@@ -14,6 +14,7 @@ from plica.report.run.coronal import kymogram, pressure_map, trajectories
 from plica.report.run.cycle import coronal_cycle, superior_cycle
 from plica.report.run.energy import energy_balance, probe_motion, probe_spectrum
 from plica.report.run.reading import Reading, read
+from plica.report.run.tubes import air_at_the_glottis
 from plica.report.run.waveforms import contact_forces, glottal_waveforms, whole_run
 from plica.report.wording import headlines, number, numbered_after, tables
 from plica.storage.files import write_text
@@ -101,6 +102,8 @@ def sections(reading: Reading) -> list[tuple[str, list[Drawing]]]:
     found: list[tuple[str, list[Drawing]]] = []
     if reading.has("minimum_area", "flow"):
         found.append(("Glottis", [glottal_waveforms(reading), kymogram(reading), whole_run(reading)]))
+        if reading.has("flow_below"):
+            found.append(("Air", [air_at_the_glottis(reading)]))
         one_cycle = [
             coronal_cycle(reading),
             superior_cycle(reading),

@@ -1,0 +1,60 @@
+"""The engine's tubes of a scene, and their resonances."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.measures.formants import Formant, formants
+from plica.runs.options import engine_options
+from plica.scene.parts import Airflow
+from plica.scene.scene import Scene
+from plica.scene.tubes import Trachea, Tract
+
+__all__ = ["tract_formants", "tubes_of"]
+
+
+def tubes_of(scene: Scene) -> dict[str, _engine.Tube]:
+    """Those that the scene has: "trachea", "tract"."""
+    tubes = {}
+    if scene.trachea is not None:
+        tubes["trachea"] = _tube(scene.trachea, engine_options(scene.trachea.supply.choice))
+    if scene.tract is not None:
+        tubes["tract"] = _tube(scene.tract, _end(scene.tract))
+    return tubes
+
+
+def _tube(tube: Tract | Trachea, end: Any) -> _engine.Tube:
+    length, area = tube.profile
+    yielding = tube.wall.yielding
+    return _engine.Tube(
+        length=length,
+        area=area,
+        end=end,
+        wall=None if yielding is None else engine_options(yielding),
+        friction_frequency=tube.friction_frequency,
+    )
+
+
+def _end(tract: Tract) -> Any:
+    if tract.end.reflecting is not None:
+        return _engine.PressureSupply(reflection=tract.end.reflecting.reflection)
+    return _engine.Radiation() if tract.end.open is not None else _engine.FlowSupply()
+
+
+def tract_formants(tract: Tract, airflow: Airflow, highest: float = 5000.0) -> tuple[Formant, ...]:
+    """The formants of a vocal tract over a closed glottis, up to this frequency (Hz)."""
+    tube = _tube(tract, _end(tract))
+    slit = airflow.model.viscous_slit
+    viscosity = _engine.ViscousSlit._defaults["air_viscosity"] if slit is None else slit.air_viscosity
+
+    def transfer(s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        impedance, carried = _engine.tube_response(
+            tube, density=airflow.air_density, sound_speed=airflow.sound_speed, viscosity=viscosity, s=s
+        )
+        return carried if tract.end.closed is None else impedance
+
+    return formants(transfer, highest)

@@ -1,0 +1,89 @@
+"""Formants of transfer functions whose poles are known, and of tubes in closed form."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import plica
+from plica.measures.formants import formants
+from plica.runs.tubes import tract_formants
+
+AIR = plica.Airflow(sound_speed=350.0)
+LENGTH = 0.17
+PLAIN = {"wall": "rigid", "friction_frequency": 0}
+
+
+def test_poles_are_found_where_they_are() -> None:
+    """Also one hidden in its neighbour's skirt, and none that does not ring."""
+    poles = [(500.0, 40.0), (1480.0, 90.0), (1700.0, 60.0), (3000.0, 400.0), (20.0, 45.0)]
+    s_k = [-np.pi * b + 2j * np.pi * f for f, b in poles]
+
+    def transfer(s: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        found = np.ones_like(s)
+        for pole in s_k:
+            found *= abs(pole) ** 2 / ((s - pole) * (s - np.conj(pole)))
+        return found
+
+    found = formants(transfer)
+    assert [one.frequency for one in found] == pytest.approx([500, 1480, 1700, 3000], rel=1e-9)
+    assert [one.bandwidth for one in found] == pytest.approx([40, 90, 60, 400], rel=1e-7)
+    assert len(formants(transfer, 1600.0)) == 2
+
+
+def _of_elements(frequency: float) -> float:
+    """Hz, of a tube in elements of l: c / (pi l) sin(pi f l / c) (docs/theory/tubes.md)."""
+    element = LENGTH / np.ceil(LENGTH / 4e-3)
+    return float(350.0 / (np.pi * element) * np.sin(np.pi * frequency * element / 350.0))
+
+
+@pytest.mark.parametrize("reflection", [1.0, 0.8, 0.5])
+def test_a_tube_whose_end_gives_back_a_share(reflection: float) -> None:
+    """A wave decays by r in 2 L / c: s = c / 2 L (ln r + i pi (2 k - 1))."""
+    tract = plica.Tract(
+        uniform={"length": LENGTH, "area": 3e-4}, end={"reflecting": {"reflection": reflection}}, **PLAIN
+    )
+    found = tract_formants(tract, AIR)
+    exact = [(2 * k - 1) * 350.0 / (4 * LENGTH) for k in range(1, 6)]
+    assert len(found) == 5
+    assert [one.frequency for one in found] == pytest.approx([_of_elements(f) for f in exact], rel=2e-4)
+    width = -350.0 / (2 * np.pi * LENGTH) * np.log(reflection)
+    assert [one.bandwidth for one in found] == pytest.approx([width] * 5, rel=0.03, abs=1e-6)
+
+
+def test_two_tubes() -> None:
+    """tan(k L1) tan(k L2) = A2 / A1."""
+    lengths, areas = (0.09, 0.08), (1e-4, 7e-4)
+    tract = plica.Tract(
+        sections={"length": lengths, "area": areas}, end={"reflecting": {"reflection": 1.0}}, **PLAIN
+    )
+    found = tract_formants(tract, AIR, 2000.0)
+    assert len(found) == 2
+    for formant in found:
+        k1, k2 = (2 * np.pi * formant.frequency / 350.0 * length for length in lengths)
+        off = np.sin(k1) * np.sin(k2) * areas[0] - np.cos(k1) * np.cos(k2) * areas[1]
+        assert abs(off) < 4e-3 * areas[1]
+
+
+def test_walls_that_yield_raise_the_first_formant_as_their_mass_says() -> None:
+    """F1^2 = F^2 + F_w^2, F_w = sqrt(rho c^2 perimeter / (m area)) / (2 pi), the wall's own ring in it."""
+    shape: dict[str, Any] = {"vowel": {"name": "i"}}
+    hard, soft = (
+        tract_formants(plica.Tract(**shape, **PLAIN | {"wall": wall}), AIR)[0].frequency
+        for wall in ("rigid", {"yielding": {"resistance": 0}})
+    )
+    length, area = (np.array(one) for one in plica.Tract(**shape).profile)
+    surface, volume = (2 * np.sqrt(np.pi * area) * length).sum(), (area * length).sum()
+    own = 8.45e5 / 21.0  # (rad/s)^2 of the wall itself
+    ring = np.sqrt(AIR.air_density * 350.0**2 * surface / (21.0 * volume) + own) / (2 * np.pi)
+    assert hard < soft
+    assert soft == pytest.approx(np.hypot(hard, ring), rel=0.1)
+
+
+def test_a_closed_tract_rings_at_halves() -> None:
+    tract = plica.Tract(uniform={"length": LENGTH, "area": 3e-4}, end="closed", **PLAIN)
+    found = [one.frequency for one in tract_formants(tract, AIR, 3500.0)]
+    assert found == pytest.approx([_of_elements(k * 350.0 / (2 * LENGTH)) for k in (1, 2, 3)], rel=1e-9)
