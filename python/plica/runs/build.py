@@ -15,6 +15,8 @@ from plica.runs.tubes import tubes_of
 from plica.scene.held import fixed_components
 from plica.scene.initial import initial_fields
 from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.fibres import mirrored_fibres
+from plica.scene.mesh.folds_apart import require_apart
 from plica.scene.mesh.parts import MeshFile
 from plica.scene.mesh.surface_fault import airway_fault, contact_fault, selecting
 from plica.scene.parts import Airflow, Contact
@@ -76,6 +78,9 @@ def build_simulation(
     """
     mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
     body = _body(scene, mesh)
+    if isinstance(scene.mesh, MeshFile) and scene.mesh.mirror is not None:
+        airway = None if scene.airflow is None else scene.airflow.surface
+        require_apart(mesh, body["fixed"], airway, scene.source)
     if displacement is None and velocity is None:
         displacement, velocity = initial_fields(scene, mesh, body["fixed"])
         if scene.initial is not None and scene.initial.equilibrium:
@@ -182,7 +187,11 @@ def _known(scene: Scene, path: str, name: str, known: list[str]) -> None:
 def materials_of(
     scene: Scene, mesh: _engine.TetMesh
 ) -> tuple[list[_engine.Material], list[str], NDArray[np.int32]]:
-    """Materials, their names, e.g. ``cover.left``, and the material of each cell (m)."""
+    """Materials, their names, e.g. ``cover.left``, and the material of each cell (m).
+
+    In the images of a mirrored mesh the fibre is mirrored too: where that is another direction, they have a
+    material of their own, e.g. ``cover.left.front``. A fibre given for one side is that of this side.
+    """
     layers = mesh.layer_names
     for layer in scene.tissue:
         _known_layer(scene, layer, layers)
@@ -208,9 +217,12 @@ def materials_of(
             if (one and code > 0) or not chosen.any():
                 continue
             name = layer if one or side == "none" else f"{layer}.{side}"
-            materials.append(_material(scene, tissue.on(side), name))
-            names.append(name)
-            cell_material[chosen] = len(names) - 1
+            own = tissue.on(side)
+            for ending, image, fibre in mirrored_fibres(scene.mesh, mesh, chosen, tissue, side):
+                changed = own if fibre is None else own.replace({"fibre": fibre})
+                materials.append(_material(scene, changed, name + ending))
+                names.append(name + ending)
+                cell_material[image] = len(names) - 1
         for side in ("left", "right"):
             if getattr(tissue, side) is not None and not (cells & (cell_side == _SIDES.index(side))).any():
                 raise SceneError(

@@ -129,14 +129,16 @@ def _sets(mesh: MeshArrays) -> str:
 
 
 def open_ends(bodies: Bodies) -> Caution | None:
-    """With an airflow, most of the front or of the back of the tissue is free. The airway is closed there in
-    the flow model: no air leaves at its ends, however they move. Front and back are the faces of the
-    boundary, but for the airway's, whose normal is within 45 degrees of y; a third of a face is free for each
-    corner without a held component, and half of the area of an end is too much."""
+    """With an airflow, most of the front or of the back of the tissue, of one of its folds or of one of its
+    layers, is free. The airway is closed there in the flow model: no air leaves at its ends, however they
+    move. Front and back are the faces of the boundary, but for the airway's, whose normal is within 45
+    degrees of y; a third of a face is free for each corner without a held component, and half of the area of
+    an end is too much."""
     airflow = bodies.scene.airflow
     if airflow is None or bodies.free:
         return None
-    faces = np.asarray(_engine.boundary(bodies.cells)[0])[:, :3]
+    faces, cell = (np.asarray(found) for found in _engine.boundary(bodies.cells))
+    faces = faces[:, :3]
     airway = np.asarray(bodies.mesh.surfaces.get(airflow.surface, np.empty((0, 3), int)))[:, :3]
     outside = ~_among(faces, airway)
     u, v = (bodies.points[faces[:, k]] - bodies.points[faces[:, 0]] for k in (1, 2))
@@ -147,15 +149,35 @@ def open_ends(bodies: Bodies) -> Caution | None:
     parts = []
     for name, sign in (("smallest", -1.0), ("largest", 1.0)):
         end = outside & (sign * normal[:, 1] >= _ACROSS * area)
-        if free[end].sum() > _FREE_END * area[end].sum():
-            share = 100 * free[end].sum() / area[end].sum()
-            parts.append(f"{share:.3g} % of the {1e6 * area[end].sum():.3g} mm^2 at the {name} y")
+        for own, of_part in _open_parts(bodies.mesh, cell, np.where(end, free, 0), np.where(end, area, 0)):
+            share = 100 * free[end & of_part].sum() / area[end & of_part].sum()
+            parts.append(
+                f"{share:.3g} % of the {1e6 * area[end & of_part].sum():.3g} mm^2{own} at the {name} y"
+            )
     if not parts:
         return None
-    where = "front and back" if len(parts) > 1 else "front or back"
+    both = all(any(name in part for part in parts) for name in ("smallest", "largest"))
+    where = "front and back" if both else "front or back"
     seen = f"The tissue is free at its {where}: no component is held of {' and '.join(parts)}."
     advice = "The flow takes the airway's ends as closed: hold them in supports, " + _sets(bodies.mesh)
     return Caution("open_ends", seen, advice)
+
+
+def _open_parts(
+    mesh: MeshArrays, cell: NDArray[np.int32], free: NDArray[np.float64], area: NDArray[np.float64]
+) -> list[tuple[str, NDArray[np.bool_]]]:
+    """What is open of an end whose faces (f) have these areas, m^2, and cells: all of it; if that is not, the
+    folds that are; if none is, the layers that are."""
+    layer, side = np.asarray(mesh.cell_layer)[cell], np.asarray(mesh.cell_side)[cell]
+    for several in (
+        [("", np.ones(len(cell), dtype=bool))],
+        [(f" of the {name} fold", side == k) for k, name in ((1, "left"), (2, "right"))],
+        [(f' of layer "{name}"', layer == k) for k, name in enumerate(mesh.layer_names)],
+    ):
+        found = [(own, part) for own, part in several if free[part].sum() > _FREE_END * area[part].sum()]
+        if found:
+            return found
+    return []
 
 
 def _among(faces: NDArray[np.int32], others: NDArray[np.int32]) -> NDArray[np.bool_]:

@@ -33,7 +33,7 @@ class Combination:
         Path of the option in a part, and the value that is shown, where the part has both; else None.
     """
 
-    of: Literal["Scene", "Contact", "Stepping"]
+    of: Literal["Scene", "Contact", "Stepping", "MeshFile"]
     option: str
     other: str
     must: str
@@ -103,6 +103,26 @@ def _initial_of_glottis(scene: Any) -> Fault:
     return None
 
 
+def _sides_of_mirrored(mesh: Any) -> Fault:
+    return (("sides",), None) if mesh.mirror is not None and mesh.sides is not None else None
+
+
+def _side_of_mirrored(mesh: Any) -> Fault:
+    """A selection of one side in the part that is mirrored."""
+    for name, wanted in mesh.surfaces.items() if mesh.mirror is not None else ():
+        if getattr(wanted, "side", None) is not None:
+            return ("surfaces", name, "side"), wanted.side
+    return None
+
+
+def _name_of_mirrored(mesh: Any) -> Fault:
+    """A surface whose name is that of one side of a mirrored one."""
+    for name in mesh.surfaces if mesh.mirror is not None else ():
+        if name.endswith(("_left", "_right")):
+            return ("surfaces", name), None
+    return None
+
+
 def _unlike_multipliers(scene: Any) -> Fault:
     if not _is_mirrored(scene):
         return None
@@ -169,6 +189,33 @@ COMBINATIONS = (
         "a block has no glottis.",
         "physics",
         _initial_of_glottis,
+    ),
+    Combination(
+        "MeshFile",
+        "mesh.sides",
+        "mesh.mirror",
+        "must be left out",
+        "left is x < 0, right is x > 0.",
+        "physics",
+        _sides_of_mirrored,
+    ),
+    Combination(
+        "MeshFile",
+        "mesh.surfaces.NAME.side",
+        "mesh.mirror",
+        "must be left out",
+        "the file has one fold, of which mirroring makes NAME_left and NAME_right.",
+        "physics",
+        _side_of_mirrored,
+    ),
+    Combination(
+        "MeshFile",
+        "mesh.surfaces.NAME_left, mesh.surfaces.NAME_right",
+        "mesh.mirror",
+        "must be named without the side",
+        "mirroring makes NAME_left and NAME_right of the surface NAME.",
+        "physics",
+        _name_of_mirrored,
     ),
     Combination(
         "Stepping",

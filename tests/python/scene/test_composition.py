@@ -12,6 +12,7 @@ import pytest
 import plica
 from plica.scene.composition import COMBINATIONS, Combination
 
+PART = {"file": "part.msh", "mirror": "fold"}
 EXPLICIT = {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}}
 REDUCED = {"reduction": {"basis": "basis.h5"}}
 BOX = {"block": {"size": [1e-2, 1e-2, 1e-2], "divisions": [2, 2, 2]}}
@@ -33,6 +34,11 @@ CHANGES: dict[tuple[str, str], dict[str, Any]] = {
     ("initial.opening_velocity, initial.opening_displacement", "mesh.block or mesh.blocks"): {
         **ON_BOX,
         "initial": {"opening_velocity": 1.0},
+    },
+    ("mesh.sides", "mesh.mirror"): {"mesh": {**PART, "sides": "x"}},
+    ("mesh.surfaces.NAME.side", "mesh.mirror"): {"mesh": {**PART, "surfaces": {"airway": {"side": "left"}}}},
+    ("mesh.surfaces.NAME_left, mesh.surfaces.NAME_right", "mesh.mirror"): {
+        "mesh": {**PART, "surfaces": {"airway_right": 11}}
     },
     ('time.mass = "consistent"', "time.scheme.central_differences"): {**EXPLICIT, "time.mass": "consistent"},
     ("contact.multipliers, contact.augmented, contact.nitsche", "time.scheme.central_differences"): {

@@ -15,15 +15,14 @@ from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.scene.mesh.face_selection import FaceSelection, select
 from plica.scene.mesh.gmsh_nodes import complaint
-from plica.scene.mesh.parts import Label, Labels, MeshFile, Sides
+from plica.scene.mesh.mirror import mirrored
+from plica.scene.mesh.parts import BOUNDARY, Label, Labels, MeshFile, Sides
 from plica.storage.files import require_file
 from plica.storage.stored import Stored
 
 __all__ = ["read_mesh"]
 
 _Integers = NDArray[np.int32]
-_BOUNDARY = "boundary"
-"""The name, in place of labels, of all faces of the boundary."""
 _KNOWN_LABELS = ("gmsh:physical", "medit:ref", "cell_tags", "CellEntityIds", "label", "labels")
 _TETRAHEDRA = {"tetra": 4, "tetra10": 10}
 _TRIANGLES = {"triangle": 3, "triangle6": 6}
@@ -33,9 +32,10 @@ def read_mesh(mesh: MeshFile, where: str) -> _engine.TetMesh:
     """Read the file and name its cells and faces as the scene maps its labels.
 
     Triangles are oriented outward; each must be a face of one tetrahedron. Points that no tetrahedron uses
-    are an error of the mesh check, which names the first.
+    are an error of the mesh check, which names the first. With `mirror` the file has a part of the mesh.
     """
-    return _Reader(mesh, where).read()
+    read = _Reader(mesh, where).read()
+    return read if mesh.mirror is None else mirrored(read, mesh, where)
 
 
 def _all_whole(values: Any) -> bool:
@@ -227,7 +227,7 @@ class _Reader:
                 shown += [f'"{one}"' for one in sets if one not in named.values()]
                 value = f'"{label}"' if isinstance(label, str) else label
                 what = "tetrahedra" if kinds is _TETRAHEDRA else "triangles"
-                names = [*sets, *named.values(), *((_BOUNDARY,) if kinds is _TRIANGLES else ())]
+                names = [*sets, *named.values(), *((BOUNDARY,) if kinds is _TRIANGLES else ())]
                 hint = nearest(label, names) if isinstance(label, str) else ""
                 raise self.fail(
                     f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, "
@@ -300,7 +300,7 @@ class _Reader:
             if isinstance(wanted, FaceSelection):
                 surfaces[name] = self._selected(name, wanted, points, boundary, side[cell])
                 continue
-            if wanted == (_BOUNDARY,):
+            if wanted == (BOUNDARY,):
                 surfaces[name] = boundary
                 continue
             chosen = self._chosen(wanted, f"mesh.surfaces.{name}", labels, _TRIANGLES)

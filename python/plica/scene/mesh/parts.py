@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from plica import _engine
+from plica.scene.composition import require_combinable
 from plica.scene.mesh.face_selection import FaceSelection
 from plica.scene.part import Part, problem
 from plica.units import Length
@@ -23,6 +24,8 @@ MAX_LINES = 10**6
 Count = Annotated[int, Field(ge=1, le=MAX_LINES)]
 PositiveLength = Annotated[Length, Field(gt=0)]
 Label = int | str
+BOUNDARY = "boundary"
+"""The name, in place of labels, of all faces of the boundary."""
 
 
 def _as_labels(value: object) -> object:
@@ -194,8 +197,18 @@ class MeshFile(Part):
     sides: Sides | Literal["x"] | None = None
     """Which cells belong to the left and the right fold; ``"x"``: left are those with smaller x than the
     middle of the surface ``airway``, or of the mesh if no surface has that name. Default: neither."""
+    mirror: Literal["fold", "quarter"] | None = None
+    """What the file has if not all: ``"fold"``, one fold (on either side of x = 0), which is mirrored in that
+    plane; ``"quarter"``, the front or the back half of one, which is mirrored in y = 0, too. Left is x < 0. A
+    surface has the faces of all images; NAME_left and NAME_right are those of one fold. A tissue's `fibre` is
+    that of the file's part. Faces in the planes join both sides to one tissue (docs/own_mesh.md)."""
     order: Order = 1
     """2: quadratic tetrahedra, made from linear ones if the file has those."""
+
+    @model_validator(mode="after")
+    def _combinable(self) -> Self:
+        require_combinable(self)
+        return self
 
 
 _KINDS = {"larynx": "<larynx>", "file": "<file>", "block": "block", "blocks": "<blocks>"}

@@ -74,14 +74,16 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
 
 
 def _axes(mesh: _engine.TetMesh) -> list[str]:
-    """A line on the directions of a mesh with a left and a right fold; none for others."""
+    """Lines on the directions of a mesh with a left and a right fold and what joins them; none for others."""
     points, cells, side = np.asarray(mesh.points), np.asarray(mesh.cells), np.asarray(mesh.cell_side)
     if not ((side == 1).any() and (side == 2).any()):
         return []
     left, right = (float(points[cells[side == k, :4], 0].mean()) for k in (1, 2))
     sign = "-" if right < left else ""
+    shared = len(np.intersect1d(cells[side == 1], cells[side == 2]))
     return [
         f"directions: {sign}x to the right fold, {sign}y to the front (anterior), z up, as the air goes",
+        f"the folds share {shared or 'no'} node{'' if shared < 2 else 's'}",
         "",
     ]
 
