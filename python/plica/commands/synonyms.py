@@ -56,6 +56,7 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "mfdr": ("flow", "closing_quotient", "speed_quotient"),
     "naq": ("flow", "closing_quotient", "speed_quotient"),
     "frame rate": ("output.every",),
+    **dict.fromkeys(("one fold", "hemilarynx", "midplane"), ("mesh.mirror", "symmetry")),
     "duration": ("time.duration",),
 }
 """Common name, in lower case, to the names that ``plica keys`` takes, best match first."""

@@ -48,7 +48,8 @@ class Tissue(Part):
     mu_transverse: Annotated[Pressure, Field(gt=0)] | None = None
     """[Pa] Shear modulus across the fibre; default: E / (2 (1 + nu)), for isotropy in that plane."""
     fibre: tuple[Number, Number, Number] | None = None
-    """[-] Direction, of any length; default: y, anteroposterior."""
+    """[-] Direction, of any length; default: y, anteroposterior. Of the part in the file, if `mesh.mirror` is
+    given."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
     """[kg/m^3] Mass per volume."""
     viscosity: Annotated[Viscosity, Field(ge=0)] = Field(

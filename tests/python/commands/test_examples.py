@@ -40,6 +40,7 @@ def test_there_is_an_example_of_each_kind() -> None:
         "forced.toml",
         "free_vibration.toml",
         "normal_phonation.toml",
+        "own_folds.toml",
         "own_mesh.toml",
         "tension_asymmetry.toml",
         "thesis.toml",
@@ -50,8 +51,8 @@ def test_there_is_an_example_of_each_kind() -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_an_example_runs_at_small_size(name: str, tmp_path: Path) -> None:
     shutil.copytree(EXAMPLES, tmp_path / "examples")
-    if name == "own_mesh.toml":
-        runpy.run_path(str(tmp_path / "examples" / "make_mesh.py"))
+    if maker := {"own_mesh.toml": "make_mesh.py", "own_folds.toml": "make_folds.py"}.get(name):
+        runpy.run_path(str(tmp_path / "examples" / maker))
     scene = small(tmp_path / "examples" / name)
     run = plica.run(scene, tmp_path / "run", progress=False)
     assert run.status == "finished"

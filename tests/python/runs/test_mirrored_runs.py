@@ -104,6 +104,17 @@ def test_an_uneven_fold_moves_as_its_mirror_image(tmp_path: Path) -> None:
     assert relative(half["flow"], found["flow"]) < 1e-5
 
 
+def test_a_stored_run_has_the_mirrored_mesh_and_goes_on(tmp_path: Path) -> None:
+    scene = folds(write_fold(tmp_path / "nodule.vtu", gap=nodule), symmetry="half")
+    scene = scene.replace({"output.every": "0.2 ms", "output.checkpoint_every": "0.5 ms"})
+    plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "run", progress=False)
+    run = plica.run(scene, tmp_path / "run", resume=True, progress=False)
+    assert run.scene.mesh == scene.mesh
+    assert np.array_equal(run.mesh.points, plica.build_mesh(scene.mesh).points)
+    at_once = plica.build_simulation(scene).advance(STEPS)
+    assert np.array_equal(run["flow"], at_once["flow"])
+
+
 @pytest.mark.parametrize("mirror", ["fold", "quarter"])
 def test_folds_apart_have_the_same_voice_with_any_symmetry(mirror: str, tmp_path: Path) -> None:
     part = (0.0, 6.0) if mirror == "quarter" else (-6.0, 6.0)

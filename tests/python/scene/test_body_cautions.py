@@ -11,6 +11,7 @@ import pytest
 
 import plica
 from caution_scenes import BLOCKS, LARYNX, Given
+from mesh_parts import write_fold
 from plica.measures.caution import Caution
 from plica.scene.body_cautions import CHECKS, body_cautions
 from plica.scene.mesh.overlap import find_overlap
@@ -191,6 +192,37 @@ def test_folds_whose_front_or_back_is_free_are_said(
         assert figure in found["open_ends"].seen
     if figures and len(figures) == 1:
         assert "largest" not in found["open_ends"].seen
+
+
+@pytest.mark.parametrize(
+    ("held", "seen"),
+    [
+        (["ends"], None),
+        (["back", "front"], None),
+        (["ends_left"], "of the 60.9 mm^2 of the right fold at the smallest y"),
+        (["back", "front_right"], "of the 60.9 mm^2 of the left fold at the largest y"),
+        (["back", "front_body"], 'of the 60.9 mm^2 of layer "cover" at the largest y'),
+        (["back"], "of the 122 mm^2 at the largest y"),
+    ],
+)
+def test_an_end_of_one_fold_or_one_layer_that_is_free_is_said(
+    held: list[str], seen: str | None, tmp_path: Path
+) -> None:
+    fields = write_fold(tmp_path / "fold.vtu")
+    deep = {"plane": {"point": [0, "12 mm", 0], "normal": [0, 1, 0]}, "box": {"x": ["4 mm", "9 mm"]}}
+    fields["surfaces"] |= {"back": 13, "front": 14, "front_body": deep}
+    scene = plica.Scene(
+        plica.MeshFile(mirror="fold", **fields),
+        dict.fromkeys(("cover", "body"), plica.Tissue(E="10 kPa", nu=0.3)),
+        time=plica.Stepping(step="50 us", duration="20 ms"),
+        airflow=plica.Airflow(),
+        supports=plica.Supports(fixed=["lateral", *held]),
+    )
+    found = said_of(scene)
+    assert list(found) == ([] if seen is None else ["open_ends"])
+    if seen is not None:
+        assert seen in found["open_ends"].seen
+        assert found["open_ends"].seen.count("mm^2") == (2 if held == ["ends_left"] else 1)
 
 
 def test_bodies_that_a_mesher_did_not_join_are_said(tmp_path: Path) -> None:

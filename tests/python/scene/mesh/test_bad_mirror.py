@@ -138,7 +138,8 @@ CASES: dict[str, tuple[dict[str, Any], str, list[Change], str]] = {
         "fold",
         [surfaces(airway=FACING)],
         "mesh.mirror: both folds are one tissue at (0, 0.006, 0.004) m, in the middle of the airway "
-        '"airway", as the mesh of the file reaches the plane x = 0 there; must not, as air passes between the folds.',
+        '"airway", as the mesh of the file reaches the plane x = 0 there; must not, as air '
+        "passes between the folds.",
     ),
     "touching in an edge": (
         {"gap": lambda y, z: 0.01 * (z - 6) ** 2},
@@ -165,7 +166,8 @@ CASES: dict[str, tuple[dict[str, Any], str, list[Change], str]] = {
         "quarter",
         [],
         "mesh.surfaces.ends has 64 of its 128 faces in the plane y = 0, which mesh.mirror makes the "
-        "inside of one tissue; must have none there, as no support, load or air can be there. Leave them out of it.",
+        "inside of one tissue; must have none there, as no support, load or air can be there. Leave them out "
+        "of it.",
     ),
     "a surface of the cut": (
         QUARTER,
