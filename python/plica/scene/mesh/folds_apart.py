@@ -14,6 +14,7 @@ from plica.tetrahedron import EDGES
 __all__ = ["require_apart"]
 
 _FACES = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
+_MANY = 0.25  # of the walls' area, seen along x
 _ADVICE = "Leave a gap between the mesh of the fold and the plane x = 0, however small."
 
 
@@ -32,6 +33,12 @@ def require_apart(mesh: MeshArrays, fixed: NDArray[np.bool_], airway: str | None
         Prefix of the message.
     """
     if airway is not None and airway in mesh.surfaces:
+        if _looks_both_ways(mesh, airway):
+            raise SceneError(
+                f'{where}: mesh.mirror: the walls of the airway "{airway}" that the file has look toward '
+                "smaller and toward larger x; must all look toward the plane x = 0, as those of one fold. If "
+                "the file has both folds, leave mirror out."
+            )
         if fault := airway_fault(mesh, airway):
             raise SceneError(f'{where}: airflow.surface = "{airway}": {fault}')
         if (place := _across(mesh, airway)) is not None:
@@ -49,6 +56,15 @@ def require_apart(mesh: MeshArrays, fixed: NDArray[np.bool_], airway: str | None
             f"face in the plane x = 0 joins there ({len(free)} such nodes are free); must be held along x in "
             f"supports, as where the folds meet in a commissure. {_ADVICE}"
         )
+
+
+def _looks_both_ways(mesh: MeshArrays, airway: str) -> bool:
+    """Whether walls of the right fold look away from x = 0 by a quarter or more of what looks toward it."""
+    points, faces = np.asarray(mesh.points), np.asarray(mesh.surfaces[airway])[:, :3]
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    lateral = np.cross(b - a, c - a)[(a + b + c)[:, 0] > 0, 0]
+    toward, away = -lateral[lateral < 0].sum(), lateral[lateral > 0].sum()
+    return bool(min(toward, away) > _MANY * max(toward, away))
 
 
 def _across(mesh: MeshArrays, airway: str) -> NDArray[np.float64] | None:

@@ -66,6 +66,17 @@ def inverted(fields: dict[str, Any], mesh: meshio.Mesh) -> None:
     mesh.cells[0].data[3, :2] = mesh.cells[0].data[3, 1::-1]
 
 
+def both_folds(fields: dict[str, Any], mesh: meshio.Mesh) -> None:
+    """The fold and its image, beside the plane."""
+    made = plica.build_mesh(plica.MeshFile(mirror="fold", **fields))
+    mesh.points = 1e3 * np.asarray(made.points) + [9.5, 0, 0]
+    cells, faces = np.asarray(made.cells), [made.surfaces[name] for name in ("airway", "lateral", "ends")]
+    mesh.cells = [meshio.CellBlock("tetra", cells)] + [meshio.CellBlock("triangle", part) for part in faces]
+    labels = [np.asarray(made.cell_layer) + 1, *(np.full(len(part), 11 + k) for k, part in enumerate(faces))]
+    mesh.cell_data = {"label": labels}
+    fields["surfaces"] |= {"ends": 13}
+
+
 QUARTER = {"y": (0.0, 6.0)}
 Q_ENDS = surfaces(ends=14)
 
@@ -180,6 +191,13 @@ CASES: dict[str, tuple[dict[str, Any], str, list[Change], str]] = {
         "fold",
         [surfaces(airway=12, lateral=11)],
         'airflow.surface = "airway": its walls look away from each other',
+    ),
+    "both folds": (
+        {},
+        "fold",
+        [both_folds],
+        'mesh.mirror: the walls of the airway "airway" that the file has look toward smaller and toward '
+        "larger x; must all look toward the plane x = 0, as those of one fold. If the file has both folds,",
     ),
     "a bad mesh": ({}, "fold", [inverted], "mesh: TetMesh: cell 3 at (0.00"),
     "sides": ({}, "fold", [given(sides="x")], "mesh.mirror: left is x < 0, right is x > 0."),
