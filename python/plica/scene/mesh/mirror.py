@@ -102,21 +102,31 @@ def _require_cut(points: _Reals, cells: _Integers, axis: int, fail: Callable[[st
             f"almost ends in {_plane(axis)}: {_node(points, node)}, of {int(beside.sum())} faces; must end "
             f"in it, or at least {almost:.2g} m beside it. Cut it flat, and write the file with more digits."
         )
-    nearest = int(np.argmin(distance))
     if axis == 0:
-        if distance[nearest] > np.ptp(points[:, 0]):
-            raise fail(
-                f"is {distance[nearest]:.3g} m from {_plane(0)}, further than it is wide "
-                f"({np.ptp(points[:, 0]):.3g} m); the plane must be the midplane between the folds. Move the "
-                "mesh."
-            )
-        return
-    if not in_plane.any():
+        _require_near(points, fail)
+    else:
+        _require_joined(points, faces[in_plane], fail)
+
+
+def _require_near(points: _Reals, fail: Callable[[str], SceneError]) -> None:
+    distance, width = float(np.abs(points[:, 0]).min()), float(np.ptp(points[:, 0]))
+    if distance > width:
+        raise fail(
+            f"is {distance:.3g} m from {_plane(0)}, further than it is wide ({width:.3g} m); the plane must "
+            "be the midplane between the folds. Move the mesh."
+        )
+
+
+def _require_joined(points: _Reals, cut: _Integers, fail: Callable[[str], SceneError]) -> None:
+    """Raise unless the faces of the cut in y = 0 have all nodes there, and are some."""
+    distance = np.abs(points[:, 1])
+    if not len(cut):
         raise fail(
             f"has no face in {_plane(1)}, where a quarter is cut from the fold; must have some. Nearest is "
-            f'{_node(points, nearest)}. Move the mesh, or if it is all of a fold, use mirror = "fold".'
+            f"{_node(points, int(distance.argmin()))}. Move the mesh, or if it is all of a fold, "
+            'use mirror = "fold".'
         )
-    hinged = np.flatnonzero(on & ~np.isin(np.arange(len(points)), faces[in_plane]))
+    hinged = np.setdiff1d(np.flatnonzero(distance == 0), cut)
     if len(hinged):
         raise fail(
             f"meets {_plane(1)} in {_node(points, int(hinged[0]))} without a face there; must end in it in "
