@@ -58,12 +58,18 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "frame rate": ("output.every",),
     **dict.fromkeys(("one fold", "hemilarynx", "midplane"), ("mesh.mirror", "symmetry")),
     "duration": ("time.duration",),
+    **dict.fromkeys(("vocal tract", "supraglottal tract", "formant", "formants", "resonance"), ("tract",)),
+    "vowel": ("tract.vowel.name", "tract"),
+    "subglottal tract": ("trachea",),
+    "lungs": (*_PRESSURE, "trachea.supply"),
+    "supraglottal pressure": ("supraglottal_pressure", "tract"),
+    **dict.fromkeys(("radiation", "lip radiation"), ("radiated_energy", "lip_flow", "tract.end")),
 }
 """Common name, in lower case, to the names that ``plica keys`` takes, best match first."""
 
 
 _SOUND = (
-    "the airflow is quasi-steady, without a vocal tract, a trachea or acoustics",
+    "the run has the flow at the glottis and at the lips, whose rate of change is the sound in front of them",
     ("flow", "peak_flow", "mean_flow", "subglottal_pressure", "fundamental_frequency"),
 )
 _POSTURE = (
@@ -90,17 +96,7 @@ NOT_MODELLED: dict[str, tuple[str, tuple[str, ...]]] = {
             "sound pressure",
             "sound pressure level",
             "acoustics",
-            "formant",
-            "formants",
-            "vocal tract",
-            "tract",
-            "trachea",
-            "radiation",
-            "resonance",
             "spectral tilt",
-            "subglottal tract",
-            "supraglottal pressure",
-            "vowel",
             "microphone",
         ),
         _SOUND,
