@@ -125,7 +125,7 @@ class Airflow(Part):
     subglottal_pressure: Annotated[Pressure, Field(gt=0)] = Field(
         default_factory=engine_default("Airflow", "subglottal_pressure")
     )
-    """[Pa] Below the glottis, or behind the trachea of a scene that has one, above the pressure of the room; the
+    """[Pa] Below the glottis, or behind the trachea of a scene that has one, above the room's pressure; the
     final value if it rises."""
     rise: Annotated[Time, Field(ge=0)] = Field(default_factory=engine_default("Airflow", "rise"))
     """[s] Time over which the pressure rises from 0 to its value, as half a cosine: p (1 - cos(pi t / rise))
