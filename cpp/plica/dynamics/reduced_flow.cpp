@@ -7,9 +7,10 @@
 namespace plica {
 
 ReducedFlow::ReducedFlow(const Airflow& airflow, const Motion& full, const ModalMotion& motion,
-                         const Mediolateral& positions)
+                         const Mediolateral& positions, bool ends)
     : airflow_(airflow),
       areas_(airflow.section_areas(), positions),
+      ends_(ends),
       right_(line(airflow.sections().right, full, motion)) {
   if (!full.images()) left_ = line(airflow.sections().left, full, motion);
   if (!std::holds_alternative<Airflow::ReferenceShape>(airflow.options().load_shape))
@@ -21,11 +22,25 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Motion& full, const Modal
   below_ = shapes.transpose() * patterns.below;
   above_ = shapes.transpose() * patterns.above;
   const Eigen::MatrixXd sections = (patterns.sections.transpose() * shapes).transpose();
-  const Eigen::MatrixXd accelerations = motion.inverse() * sections;
+  Eigen::MatrixXd accelerations = motion.inverse() * sections;
+  if (ends) {
+    const std::ptrdiff_t count = sections.cols();
+    accelerations.conservativeResize(Eigen::NoChange, count + 2);
+    accelerations.col(count) = motion.inverse() * below_;
+    accelerations.col(count + 1) = motion.inverse() * above_;
+  }
   sections_ = PanelMatrix(sections);
   rates_ = PanelMatrix(sections.transpose());
   accelerations_ = PanelMatrix(accelerations);
   x_accelerations_ = SinglePanelMatrix(positions.shapes() * accelerations);
+}
+
+Vector ReducedFlow::moving(const AirwayPressure& pressure, const AirwayPressure& begun) const {
+  if (!ends_) return pressure.sections;
+  Vector all = pressure.all();
+  all[all.size() - 2] -= begun.below;
+  all[all.size() - 1] -= begun.above;
+  return all;
 }
 
 ReducedFlow::Line ReducedFlow::line(const std::vector<MaterialPoint>& points, const Motion& full,

@@ -10,10 +10,10 @@ namespace plica {
 /// linear in them.
 class ReducedFlow {
  public:
-  /// The airflow must outlive it; `positions` has those of the airflow's nodes. Throws InvalidInput for a load on
-  /// the current shape.
-  ReducedFlow(const Airflow& airflow, const Motion& full, const ModalMotion& motion,
-              const Mediolateral& positions);
+  /// The airflow must outlive it; `positions` has those of the airflow's nodes. ends: pressures below and above
+  /// the sections change within a step. Throws InvalidInput for a load on the current shape.
+  ReducedFlow(const Airflow& airflow, const Motion& full, const ModalMotion& motion, const Mediolateral& positions,
+              bool ends);
 
   const Airflow& airflow() const { return airflow_; }
   /// (s) m^2 at mediolateral positions (n) m.
@@ -21,8 +21,12 @@ class ReducedFlow {
   /// (r) Phi^T of the load of 1 Pa below the sections, above them.
   const Vector& load_below() const { return below_; }
   const Vector& load_above() const { return above_; }
-  /// Phi^T of the load of section pressures (s) Pa; A^-1 of that, (r); and what that moves of the positions, (n).
+  /// Phi^T of the load of section pressures (s) Pa.
   void load(const Vector& pressure, Vector& found) const { sections_.multiply(pressure, found); }
+  /// What moves the coordinates in a step that has begun under `begun`'s ends: (s) Pa of the sections, or (s + 2)
+  /// with by how much the ends differ.
+  Vector moving(const AirwayPressure& pressure, const AirwayPressure& begun) const;
+  /// A^-1 of the load of that, (r), and what it moves of the positions, (n).
   void acceleration(const Vector& pressure, Vector& found) const { accelerations_.multiply(pressure, found); }
   void x_acceleration(const Vector& pressure, Eigen::VectorXf& found) const {
     x_accelerations_.multiply(pressure.cast<float>(), found);
@@ -50,10 +54,13 @@ class ReducedFlow {
 
   const Airflow& airflow_;
   ReducedAreas areas_;
+  bool ends_;
   Vector below_, above_;
-  PanelMatrix sections_, accelerations_;  // (r, s)
-  PanelMatrix rates_;                     // (s, r) m^2, of the airway's volume at each section
-  SinglePanelMatrix x_accelerations_;  // (n, s); 6e-8 of what pressures move in a step, 1e-13 m at 1 kPa and 50 us
+  PanelMatrix sections_;       // (r, s)
+  PanelMatrix accelerations_;  // (r, s), or (r, s + 2) with those of the ends
+  PanelMatrix rates_;          // (s, r) m^2, of the airway's volume at each section
+  SinglePanelMatrix
+      x_accelerations_;  // (n, as many); 6e-8 of what pressures move in a step, 1e-13 m at 1 kPa and 50 us
   Line right_;
   std::optional<Line> left_;  // absent where it is the right one's mirror image
 };

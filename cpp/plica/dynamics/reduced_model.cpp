@@ -55,7 +55,7 @@ ReducedModel::ReducedModel(const Scene& scene, const Motion& full, AirColumn* ai
       motion_(full, basis_of(scene, full)),
       positions_(positions_seen(scene, full, motion_, air ? &air->airflow() : nullptr)),
       air_(air) {
-  if (air) flow_.emplace(air->airflow(), full, motion_, positions_);
+  if (air) flow_.emplace(air->airflow(), full, motion_, positions_, air->has_tubes());
   if (scene.contact) contact_ = reduced_contact(scene, full, motion_, positions_);
   step_.emplace(motion_, positions_, flow_ ? &*flow_ : nullptr, contact_.get(), full.origin());
 }

@@ -12,7 +12,7 @@ void ReducedStep::begin(const State& last, const Vector& scene_load, const Airwa
   times_ = &times;
   scene_load_ = scene_load;
   ends_of_free_ = {ends.below, {}, ends.above};
-  pressure_.resize(0);
+  moving_.resize(0);
   predict();
   if (contact_) contact_->begin(last);
   solve_without();
@@ -36,14 +36,18 @@ void ReducedStep::predict() {
   }
 }
 
+Vector ReducedStep::load_of_ends(const AirwayPressure& ends) const {
+  Vector load = ends.below * flow_->load_below();
+  if (ends.above != 0) load += ends.above * flow_->load_above();
+  return load;
+}
+
 void ReducedStep::solve_without() {
   const Stopwatch watch(times_->solve);
   const double h = motion_.step(), alpha = motion_.scheme().alpha;
   force_ = scene_load_ + inner_force_;
   if (flow_) {
-    load_ends_ = ends_of_free_.below * flow_->load_below();
-    if (ends_of_free_.above != 0) load_ends_ += ends_of_free_.above * flow_->load_above();
-    force_ += load_ends_;
+    force_ += load_of_ends(ends_of_free_);
   }
   motion_.solve(force_, free_);
   end_ = displacement_predictor_ + inertia() * free_;
@@ -64,14 +68,11 @@ void ReducedStep::move() {
 }
 
 void ReducedStep::move(const AirwayPressure& pressure, Instant) {
-  if (!pressure.same_ends(ends_of_free_)) {
-    ends_of_free_ = {pressure.below, {}, pressure.above};
-    solve_without();
-  }
   {
     const Stopwatch watch(times_->solve);
-    pressure_ = pressure.sections;
-    flow_->x_acceleration(pressure_, x_acceleration_);
+    pressure_ = pressure;
+    moving_ = flow_->moving(pressure, ends_of_free_);
+    flow_->x_acceleration(moving_, x_acceleration_);
     weighted_x_ = free_weighted_x_ + weight() * inertia() * x_acceleration_.cast<double>();
     if (contact_)
       contact_x_ = free_contact_x_ + inertia() * x_acceleration_.head(free_contact_x_.size()).cast<double>();
@@ -88,7 +89,7 @@ void ReducedStep::touch() {
 
 Vector ReducedStep::free_acceleration() const {
   Vector acceleration = Vector::Zero(free_.size());
-  if (pressure_.size() > 0) flow_->acceleration(pressure_, acceleration);
+  if (moving_.size() > 0) flow_->acceleration(moving_, acceleration);
   return free_ + acceleration;
 }
 
@@ -97,7 +98,7 @@ Vector ReducedStep::free_end() const { return displacement_predictor_ + inertia(
 AirwayExpansion ReducedStep::expansion(Instant at) const {
   const double h = motion_.step();
   if (at == Instant::last) return flow_->expansion(last_->velocity);
-  if (pressure_.size() == 0) return flow_->expansion(last_->velocity + weight() * h * last_->acceleration);
+  if (moving_.size() == 0) return flow_->expansion(last_->velocity + weight() * h * last_->acceleration);
   Vector acceleration = free_acceleration();
   if (contact_) acceleration += contact_->acceleration();
   const Vector now = velocity_predictor_ + motion_.scheme().gamma * h * acceleration;
@@ -124,10 +125,10 @@ void ReducedStep::end(State& now) {
   a = free_;
   now.load = scene_load_;
   if (flow_) {
-    flow_->acceleration(pressure_, acceleration_);
+    flow_->acceleration(moving_, acceleration_);
     a += acceleration_;
-    flow_->load(pressure_, now.flow_load);
-    now.flow_load += load_ends_;
+    flow_->load(pressure_.sections, now.flow_load);
+    now.flow_load += load_of_ends(pressure_);
     now.load += now.flow_load;
   }
   if (contact_) {

@@ -33,6 +33,7 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
 
  private:
   void predict();
+  Vector load_of_ends(const AirwayPressure& ends) const;
   /// The acceleration that neither section pressures nor contact make, and the positions it leads to.
   void solve_without();
   void touch();
@@ -48,18 +49,18 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   ReducedContact* contact_;
   const Vector3& origin_;
 
-  // Fixed within the step as long as the pressure at the ends is, (r) unless said otherwise.
+  // Fixed within the step, (r) unless said otherwise.
   const State* last_ = nullptr;
   StepTimes* times_ = nullptr;
   Vector displacement_predictor_, velocity_predictor_, viscous_predictor_, inner_force_;
   Vector elastic_behind_, viscous_behind_;
   Vector scene_load_;
   AirwayPressure ends_of_free_;              // that of free_, no sections
-  Vector load_ends_;                         // of that; empty without airflow
   Vector free_;                              // (r) acceleration without section pressures and contact
   Vector free_weighted_x_, free_contact_x_;  // (n) m at t_{n+1+alpha} and (c) m at t_{n+1}, where that leads
   // Of this move.
-  Vector pressure_;                 // (s) Pa, empty before the first and without airflow
+  AirwayPressure pressure_;
+  Vector moving_;                   // what of it free_ has not; empty before the first and without airflow
   Vector weighted_x_;               // (n) m at t_{n+1+alpha}; extrapolated before the first
   Vector contact_x_;                // (c) m at t_{n+1}, without contact
   Eigen::VectorXf x_acceleration_;  // (n) m/s^2 of the pressure

@@ -40,17 +40,29 @@ TEST_CASE("a scene has the waveforms of its parts and no others") {
   Scene scene = scenes::small_larynx();
   scene.contact->friction = Friction{0.3};
   scene.airflow->flow.rise = 1e-3;
+  scene.airflow->tubes.trachea = Tube{{0.15}, {2e-4}, PressureSupply{}};
+  scene.airflow->tubes.tract = Tube{{0.17}, {3e-4}};
   const auto had = [](const Scene& one) {
     const std::vector<std::string> names = waveforms_of(one);
     return std::set<std::string>(names.begin(), names.end());
   };
   CHECK(had(scene).size() == waveforms().size());
   scene.airflow->flow.rise = 0;
-  CHECK(had(scene).count("subglottal_pressure") == 0);
-  CHECK(had(scene).size() == waveforms().size() - 1);
+  CHECK(had(scene).count("subglottal_pressure") == 1);
+  scene.airflow->tubes.trachea.reset();
+  for (const char* name : {"subglottal_pressure", "supply_rise"}) CHECK(had(scene).count(name) == 0);
+  CHECK(had(scene).size() == waveforms().size() - 2);
+  scene.airflow->tubes.tract.reset();
+  for (const char* name : {"lip_flow", "supraglottal_pressure", "flow_below", "flow_above", "tube_energy",
+                           "supply_energy", "tube_outflow_energy", "tube_loss", "radiated_energy"})
+    CHECK(had(scene).count(name) == 0);
+  CHECK(had(scene).size() == waveforms().size() - 11);
+  scene.airflow->flow.rise = 1e-3;
+  CHECK(had(scene).count("subglottal_pressure") == 1);
+  scene.airflow->flow.rise = 0;
   scene.contact->friction.reset();
   CHECK(had(scene).count("friction_loss") == 0);
-  CHECK(had(scene).size() == waveforms().size() - 2);
+  CHECK(had(scene).size() == waveforms().size() - 12);
   scene.contact.reset();
   CHECK(had(scene).count("contact_work") == 0);
   CHECK(had(scene).count("flow") == 1);
