@@ -21,6 +21,7 @@ from plica.commands import (
     reduce,
     report,
     run,
+    sound,
     uncertainty,
     verify,
     video,
@@ -40,6 +41,7 @@ _COMMANDS = (
     keys,
     video,
     film,
+    sound,
     larynx,
     identify,
     reduce,
@@ -62,6 +64,7 @@ A first session:
   paraview runs/first/fields.xdmf                       view the fields in 3D
   plica uncertainty runs/first                          estimate the numerical uncertainty
   plica film runs/first -o clip.avi                     render it as video, with the true motion
+  plica sound runs/first -o voice.wav                   write its sound
   plica video larynx.avi --fps 4000 -o analysis         analyse a high-speed recording
   plica compare before after -o change                  compare two such analyses
   plica identify analysis --scene my.toml -o tissue     estimate the tissue from it

@@ -126,6 +126,10 @@ _FOLDS: tuple[Side, Side] = ("left", "right")
 _WITHOUT = "or, if there are no cycles, in the whole run (in its last third where pulses are no periods)"
 _COLLISION = "over the collisions of the steady cycles or, if there are none, of the whole run"
 _LARGEST = f"largest in each cycle {_WITHOUT}"
+_HARMONICS = (
+    "level of harmonic {} over that of harmonic {} of each cycle, under a Hann window of two periods about it"
+)
+_RAW = "not corrected for formants"
 _ASYMMETRY = "(right - left) / (right + left)"
 _STEP_PRESSURE = "largest nodal pressure of each step"
 
@@ -136,8 +140,11 @@ _motion = partial(Quantity, group="Motion of the tissue", source="video")
 _glottis = partial(Quantity, group="Glottis", source="both")
 _video_glottis = partial(Quantity, group="Glottis", source="video")
 _perturbation = partial(Quantity, group="Perturbation", source="video")
-_signal = partial(Quantity, group="Sound and electroglottogram", source="video", recorded_from="signal")
 _airflow = partial(Quantity, group="Airflow", source="run")
+_run_sound = partial(Quantity, group="Sound", source="run")
+_sound = partial(Quantity, group="Sound", source="both", recorded_from="signal")
+_video_sound = partial(Quantity, group="Sound", source="video", recorded_from="signal")
+_egg = partial(Quantity, group="Electroglottogram", source="video", recorded_from="signal")
 _contact = partial(Quantity, group="Contact", source="run")
 _energy = partial(Quantity, group="Energy", source="run")
 _accuracy = partial(Quantity, group="Accuracy of the solution", source="run", diagnostic=True)
@@ -516,68 +523,6 @@ _QUANTITIES = (
         bounds=(0.0, inf),
     ),
     _airflow("subglottal_pressure", "Subglottal pressure", "Pa", "of the scene"),
-    _signal(
-        "sound_frequency",
-        "Fundamental frequency of the sound",
-        "Hz",
-        "cycles of the sound per time, each the lag at which it is most like the next",
-        bounds=(0.0, inf),
-    ),
-    _signal(
-        "sound_frequency_difference",
-        "Frequency of the sound against the area's",
-        "1",
-        f"sound less glottal area {_OVER_AREA}",
-    ),
-    _signal(
-        "egg_frequency",
-        "Fundamental frequency of the EGG",
-        "Hz",
-        "cycles from closing peak to closing peak of the electroglottogram's slope, per time",
-        bounds=(0.0, inf),
-    ),
-    _signal(
-        "egg_frequency_difference",
-        "Frequency of the EGG against the area's",
-        "1",
-        f"electroglottogram less glottal area {_OVER_AREA}",
-    ),
-    _signal(
-        "egg_jitter",
-        "Jitter of the EGG (local)",
-        "1",
-        "mean difference of neighbouring periods over the mean period (Praat), from closing peak to closing "
-        "peak",
-        bounds=(0.0, inf),
-    ),
-    _signal(
-        "egg_contact_quotient_level",
-        "Contact quotient, dEGG peak to 3/7",
-        "1",
-        "from the closing peak of the electroglottogram's slope to where the signal falls through 3/7 of the "
-        "cycle's range, over the period (Howard, J. Voice 9, 1995); the interval has the scatter of cycles "
-        "alone",
-        symbol="CQ_3/7",
-        bounds=_SHARE,
-    ),
-    _signal(
-        "egg_contact_quotient_peaks",
-        "Contact quotient, dEGG peaks",
-        "1",
-        "from the closing to the opening peak of the electroglottogram's slope, over the period (Henrich et "
-        "al., J. Acoust. Soc. Am. 115, 2004), where both are single; the interval has the scatter of "
-        "cycles alone",
-        symbol="CQ_dEGG",
-        bounds=_SHARE,
-    ),
-    _signal(
-        "egg_closing_lag",
-        "Closing peak of the EGG behind the area's closing",
-        "s",
-        f"from where the area falls to {100 * closed_share:g} % of the cycle's largest (without closure to "
-        f"{100 * leak_level:g} % of its range) to the nearest closing peak; no interval, as the error of the "
-        "start of the signal is not known",
-    ),
     _airflow(
         "peak_flow",
         "Peak flow",
@@ -595,6 +540,138 @@ _QUANTITIES = (
         "Least flow",
         "m^3/s",
         "in each cycle or, if there are none, in the last third of the record",
+    ),
+    _airflow(
+        "maximum_flow_declination_rate",
+        "Maximum flow declination rate",
+        "m^3/s^2",
+        "steepest fall of the glottal flow in each cycle, over 50 us or a longer step",
+        symbol="MFDR",
+        extreme=True,
+        bounds=(0.0, inf),
+    ),
+    _airflow(
+        "normalised_amplitude_quotient",
+        "Normalised amplitude quotient",
+        "1",
+        "peak-to-peak flow of a cycle over the product of period and steepest fall (Alku, J. Acoust. "
+        "Soc. Am. 112, 2002)",
+        symbol="NAQ",
+        bounds=(0.0, inf),
+    ),
+    _airflow("flow_h1_h2", "H1-H2 of the glottal flow", "dB", _HARMONICS.format(1, 2), symbol="H1-H2"),
+    _airflow("flow_h2_h4", "H2-H4 of the glottal flow", "dB", _HARMONICS.format(2, 4), symbol="H2-H4"),
+    _video_sound(
+        "sound_frequency",
+        "Fundamental frequency of the sound",
+        "Hz",
+        "cycles of the sound per time, each the lag at which it is most like the next",
+        bounds=(0.0, inf),
+    ),
+    _video_sound(
+        "sound_frequency_difference",
+        "Frequency of the sound against the area's",
+        "1",
+        f"sound less glottal area {_OVER_AREA}",
+    ),
+    _run_sound(
+        "sound_pressure_level",
+        "Sound pressure level at 0.3 m",
+        "dB",
+        "re 20 uPa, root mean square of each cycle or, if there are none, of the last third of the run; of a "
+        "small source in free air with the flow at the lips or, without a tract, at the glottis",
+        symbol="SPL",
+    ),
+    _run_sound(
+        "glottal_efficiency",
+        "Glottal efficiency",
+        "1",
+        "radiated power, 4 pi r^2 / (rho c) times the mean square of the sound pressure at r, over "
+        "the product of mean subglottal pressure and mean flow, in each cycle (c = 350 m/s)",
+        bounds=(0.0, inf),
+    ),
+    _sound("sound_h1_h2", "H1-H2 of the sound", "dB", f"{_HARMONICS.format(1, 2)}, {_RAW}"),
+    _sound("sound_h2_h4", "H2-H4 of the sound", "dB", f"{_HARMONICS.format(2, 4)}, {_RAW}"),
+    _sound(
+        "sound_cepstral_peak_prominence",
+        "Cepstral peak prominence of the sound",
+        "dB",
+        "height of the cepstrum's peak at the period above the line through the cepstrum from 1 ms "
+        "to half the "
+        "record, of the spectrum up to 5 kHz, Hamming window over all cycles (Hillenbrand, J. Speech "
+        "Hear. Res. 37, 1994)",
+    ),
+    _sound(
+        "sound_harmonics_to_noise",
+        "Harmonics-to-noise ratio of the sound",
+        "dB",
+        "10 log10(r / (1 - r)), r the normalised autocorrelation of all cycles at the period "
+        "(Boersma, Proc. Inst. "
+        "Phon. Sci. Amsterdam 17, 1993); cycles that differ count as noise, and a run has no other",
+    ),
+    _sound(
+        "sound_jitter",
+        "Jitter of the sound (local)",
+        "1",
+        "mean difference of neighbouring periods over the mean period (Praat); periods of a run are "
+        "those of the glottal area, of a recording the lags at which its sound is most like what follows",
+        bounds=(0.0, inf),
+    ),
+    _sound(
+        "sound_shimmer",
+        "Shimmer of the sound (local)",
+        "1",
+        "mean difference of neighbouring peak-to-peak amplitudes over the mean one (Praat)",
+        bounds=(0.0, inf),
+    ),
+    _egg(
+        "egg_frequency",
+        "Fundamental frequency of the EGG",
+        "Hz",
+        "cycles from closing peak to closing peak of the electroglottogram's slope, per time",
+        bounds=(0.0, inf),
+    ),
+    _egg(
+        "egg_frequency_difference",
+        "Frequency of the EGG against the area's",
+        "1",
+        f"electroglottogram less glottal area {_OVER_AREA}",
+    ),
+    _egg(
+        "egg_jitter",
+        "Jitter of the EGG (local)",
+        "1",
+        "mean difference of neighbouring periods over the mean period (Praat), from closing peak to closing "
+        "peak",
+        bounds=(0.0, inf),
+    ),
+    _egg(
+        "egg_contact_quotient_level",
+        "Contact quotient, dEGG peak to 3/7",
+        "1",
+        "from the closing peak of the electroglottogram's slope to where the signal falls through 3/7 of the "
+        "cycle's range, over the period (Howard, J. Voice 9, 1995); the interval has the scatter of cycles "
+        "alone",
+        symbol="CQ_3/7",
+        bounds=_SHARE,
+    ),
+    _egg(
+        "egg_contact_quotient_peaks",
+        "Contact quotient, dEGG peaks",
+        "1",
+        "from the closing to the opening peak of the electroglottogram's slope, over the period (Henrich et "
+        "al., J. Acoust. Soc. Am. 115, 2004), where both are single; the interval has the scatter of "
+        "cycles alone",
+        symbol="CQ_dEGG",
+        bounds=_SHARE,
+    ),
+    _egg(
+        "egg_closing_lag",
+        "Closing peak of the EGG behind the area's closing",
+        "s",
+        f"from where the area falls to {100 * closed_share:g} % of the cycle's largest (without closure to "
+        f"{100 * leak_level:g} % of its range) to the nearest closing peak; no interval, as the error of the "
+        "start of the signal is not known",
     ),
     _contact(
         "collisions",

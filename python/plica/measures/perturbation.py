@@ -71,6 +71,14 @@ def jitter_of(name: str, cycles: Cycles) -> Measure:
     return _relative(name, *local_perturbation(periods), float(np.nanmean(periods)), cycles)
 
 
+def shimmer_of(name: str, amplitudes: Floats, cycles: Cycles) -> Measure:
+    """The shimmer of one amplitude a cycle, as the measure of this name."""
+    if not cycles.count:
+        return absent(name, cycles.note)
+    used = cycles.used(amplitudes)
+    return _relative(name, *local_perturbation(used), float(np.nanmean(used)), cycles)
+
+
 def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycles) -> Measure:
     cautions = [cycles.note] if cycles.note else []
     used = cycles.count - len(cycles.left_out)
@@ -170,27 +178,35 @@ def harmonics_to_noise(signal: Floats, step: float) -> float:
     return float(10 * np.log10(r / (1 - r))) if 0 < r < 1 - 1e-9 else float("nan")
 
 
-def cepstral_peak(signal: Floats, period: float) -> float:
+def cepstral_peak(signal: Floats, period: float, *, band: float = 0.5, first: float = _FIRST) -> float:
     """Height (dB) of the cepstrum's peak at the period above the line through it (Hillenbrand, 1994).
 
     The cepstrum is the transform of the log power spectrum (dB) of the signal less its mean under a Hamming
-    window, its magnitude in dB again. The line is fitted from a quefrency of four samples to half the record.
+    window, its magnitude in dB again. The line is fitted from the quefrency `first` to half the record.
 
     Parameters
     ----------
     signal : (k)
     period : float
         In samples; the peak is searched within 30 % of it.
+    band : float
+        In cycles per sample, up to which the spectrum counts; the cepstrum has samples of 1 / (2 band).
+    first : float
+        In samples.
     """
     windowed = (signal - signal.mean()) * np.hamming(signal.size)
-    power = np.abs(np.fft.fft(windowed)) ** 2
+    kept = int(band * signal.size)
+    power = np.abs(np.fft.rfft(windowed)[: kept + 1]) ** 2
     level = 10 * np.log10(np.maximum(power, 1e-20 * power.max()))
-    cepstrum = 20 * np.log10(np.maximum(np.abs(np.fft.ifft(level)), 1e-12))
-    quefrency = np.arange(_FIRST, signal.size // 2)
-    low, high = int(np.ceil((1 - _NEAR) * period)), int((1 + _NEAR) * period)
-    low = max(low, _FIRST)
-    if quefrency.size < 8 or high >= signal.size // 2 or high < low:
+    size = 2 * kept + signal.size % 2 if band == 0.5 else 2 * kept
+    cepstrum = 20 * np.log10(np.maximum(np.abs(np.fft.irfft(level, size)), 1e-12))
+    finer = size / signal.size
+    begin = int(np.ceil(first * finer))
+    quefrency = np.arange(begin, size // 2)
+    low, high = int(np.ceil((1 - _NEAR) * period * finer)), int((1 + _NEAR) * period * finer)
+    low = max(low, begin)
+    if quefrency.size < 8 or high >= size // 2 or high < low:
         return float("nan")
-    line = np.polyfit(quefrency, cepstrum[_FIRST : signal.size // 2], 1)
+    line = np.polyfit(quefrency, cepstrum[begin : size // 2], 1)
     peak = low + int(np.argmax(cepstrum[low : high + 1]))
     return float(cepstrum[peak] - np.polyval(line, peak))

@@ -24,8 +24,10 @@ _BLOCK = 2  # least number of cycles: neighbours are correlated, and alternate i
 _FEWEST_BLOCKS = 4
 _WAVES = ("probes", "minimum_area", "flow", "contact_force_first", "kinetic_energy", "elastic_energy")
 _AT_THE_LOAD = ("minimum_area", "flow")  # belong to t_{n+1+alpha}
-_EXCLUDED = frozenset(("subglottal_pressure", "amplitude_growth"))
-"""An input, and what is zero in the limit; diagnostics of the solution are left out too."""
+_EXCLUDED = frozenset(
+    ("subglottal_pressure", "amplitude_growth", "sound_jitter", "sound_shimmer", "sound_harmonics_to_noise")
+)
+"""An input, and what is zero or without bounds in the limit; diagnostics of the solution are left out too."""
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,10 @@ from plica.video.motion.mucosal_wave import Fundamental
 
 MM_PER_PX = 0.005  # so fine that no edge is uncertain for its pixels
 BASE = Phonation(frequency=213.7)
-BOTH = {name for name, entry in CATALOGUE.items() if entry.source == "both"}
+BOTH = {
+    name for name, entry in CATALOGUE.items() if entry.source == "both" and entry.recorded_from != "signal"
+}
+"""What the folds alone tell; of the sound, test_sound_quality.py."""
 
 
 def filmed(run: AnalyticRun) -> GlottalArea:

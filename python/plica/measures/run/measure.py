@@ -18,6 +18,7 @@ from plica.measures.run.free import free_measures
 from plica.measures.run.glottal import flow_measures, open_area, several_summits, strict_open_quotient
 from plica.measures.run.run_data import RunData, reached
 from plica.measures.run.solver import energy_measures, solver_measures
+from plica.measures.run.sound import radiation_measures
 from plica.measures.scene_text import scene_table, scene_tables
 from plica.units import read_quantity
 
@@ -95,7 +96,9 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         height = np.asarray(run.section_height, dtype=float)
         motion = motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
         found += [_unless_mirrored(item, run.scene_text) for item in motion]
-        found += _subglottal_pressure(run.scene_text, waveforms)
+        found += (given := _subglottal_pressure(run.scene_text, waveforms))
+        supply = given[0].value if given else None
+        found += radiation_measures(time, waveforms, run.scene_text, cycles, supply)
     elif "probes" in waveforms and waveforms["probes"].size:
         found += free_measures(time, waveforms)[0]
     if cycles.count and "strain_999" in waveforms:

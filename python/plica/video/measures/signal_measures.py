@@ -32,6 +32,7 @@ from plica.measures.measure import Measure, absent, average, cycle_frequency, pe
 from plica.measures.perturbation import jitter_of
 from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.quotients import closed_intervals, leak_level
+from plica.measures.sound_quality import sound_measures
 from plica.measures.stationary import fewest
 from plica.video.files.signal_file import Signal
 from plica.video.measures.wave_cautions import cautioned
@@ -182,7 +183,8 @@ def _of_sound(signal: Signal, area_cycles: Cycles) -> tuple[list[Measure], list[
     cycles = sound_cycles(signal)
     frequency = replace(cycle_frequency(cycles), name="sound_frequency")
     agreement, apart = _agreement("sound_frequency_difference", "sound", cycles, area_cycles)
-    return [*cautioned([frequency], apart), agreement], apart, []
+    quality = sound_measures(signal.time, signal.values, cycles)
+    return [*cautioned([frequency], apart), agreement, *quality], apart, []
 
 
 def _of_egg(

@@ -1,0 +1,154 @@
+"""Measures of a run's glottal flow as a source of sound, and of what it radiates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from plica.errors import InvalidInput
+from plica.measures.catalogue import CATALOGUE
+from plica.measures.cycles import Cycles
+from plica.measures.flow_pulse import declination_measures
+from plica.measures.harmonics import cycle_means
+from plica.measures.measure import Measure, absent, per_cycle, whole
+from plica.measures.record import Array, Floats, time_step
+from plica.measures.sound_quality import cepstral_band, harmonic_differences, sound_measures
+from plica.sound.far_field import FarField, equidistant, far_field, sound_speed
+from plica.sound.voice import reference_pressure
+
+__all__ = ["radiation_measures"]
+
+_JUMP = 0.02  # of the flow's range, in the step in which contact stops it
+_STEEPER = 3.0  # times the steps beside it
+_SILENT = -60.0  # dB
+_NO_NOISE = "no noise is in a run: this is how cycles differ, and how its step samples them"
+
+
+def radiation_measures(
+    time: Floats, waveforms: Mapping[str, Array], scene_text: str, cycles: Cycles, supply: float | None
+) -> list[Measure]:
+    """All measures of the glottal flow as a source, and of the sound.
+
+    Parameters
+    ----------
+    time : (k) s
+    waveforms : mapping
+        With ``flow``.
+    scene_text : str
+    cycles : Cycles
+        Of the glottal area.
+    supply : float or None
+        Pa, subglottal pressure of the scene, where no waveform has it.
+    """
+    try:
+        field = far_field(time, waveforms, scene_text)
+    except InvalidInput as error:
+        reason = str(error).removeprefix("Sound: ").rstrip(".")
+        return [absent(name, reason) for name in _names()]
+    jumps = _stopped_at_once(time, waveforms, cycles)
+    coarse = _coarse(field, time_step(time))
+    even, flow = equidistant(time, np.asarray(waveforms["flow"], dtype=float))
+    noted = [
+        *declination_measures(even, flow, cycles, jumps),
+        *harmonic_differences("flow", even, flow, cycles, cautions=jumps),
+    ]
+    doubts = [*jumps, *coarse]
+    noted += [
+        _level(field, cycles, doubts),
+        _efficiency(field, time, waveforms, cycles, supply, doubts),
+        *sound_measures(
+            field.time, field.pressure, cycles, band=field.band, cautions=doubts, note_on_noise=_NO_NOISE
+        ),
+    ]
+    return [_of(field.source, item) if CATALOGUE[item.name].group == "Sound" else item for item in noted]
+
+
+def _names() -> list[str]:
+    """Those of this module that a run without a sound does not determine."""
+    of_flow = ("flow_h1_h2", "flow_h2_h4")
+    slopes = [entry.name for entry in CATALOGUE.values() if entry.symbol in ("MFDR", "NAQ")]
+    sounds = [e.name for e in CATALOGUE.values() if e.group == "Sound" and e.source in ("run", "both")]
+    return [*slopes, *of_flow, *sounds]
+
+
+def _of(source: str, item: Measure) -> Measure:
+    """The measure with what radiates, where it has a value."""
+    return (
+        item
+        if item.value is None
+        else replace(item, note="; ".join(filter(None, (f"of {source}", item.note))))
+    )
+
+
+def _level(field: FarField, cycles: Cycles, doubts: list[str]) -> Measure:
+    name, square = "sound_pressure_level", (field.pressure / reference_pressure) ** 2
+    if not cycles.count:
+        last = float(_decibels(square[cycles.extent(field.time)].mean()))
+        why = f"over the last third of the record; {cycles.note}"
+        if last < _SILENT:
+            return absent(name, f"silent; {cycles.note}")
+        return whole(name, last, cautions=[why, *doubts])
+    return per_cycle(name, cycles, _decibels(cycle_means(field.time, square, cycles)), cautions=doubts)
+
+
+def _decibels(ratio: Floats | float) -> Floats:
+    with np.errstate(divide="ignore"):
+        return np.asarray(10.0 * np.log10(ratio))
+
+
+def _efficiency(
+    field: FarField,
+    time: Floats,
+    waveforms: Mapping[str, Array],
+    cycles: Cycles,
+    supply: float | None,
+    doubts: list[str],
+) -> Measure:
+    name = "glottal_efficiency"
+    if not cycles.count:
+        return absent(name, cycles.note)
+    if "subglottal_pressure" in waveforms:
+        pressure = _means("subglottal_pressure", time, waveforms, cycles)
+    elif supply is not None:
+        pressure = np.full(cycles.count, supply)
+    else:
+        return absent(name, "the subglottal pressure is not known")
+    aerodynamic = pressure * _means("flow", time, waveforms, cycles)
+    square = cycle_means(field.time, field.pressure**2, cycles)
+    radiated = 4.0 * np.pi * field.distance**2 / (field.density * sound_speed) * square
+    share = np.divide(radiated, aerodynamic, out=np.full(cycles.count, np.nan), where=aerodynamic > 0)
+    return per_cycle(name, cycles, share, cautions=doubts)
+
+
+def _means(name: str, time: Floats, waveforms: Mapping[str, Array], cycles: Cycles) -> Floats:
+    return cycle_means(time, np.asarray(waveforms[name], dtype=float), cycles)
+
+
+def _coarse(field: FarField, step: float) -> list[str]:
+    """A caution where the run's step leaves less of the sound than a cepstrum needs."""
+    if field.band >= cepstral_band:
+        return []
+    return [
+        f"time.step = {1e6 * step:.4g} us leaves the sound up to {field.band:.4g} Hz alone: use a "
+        f"smaller one, {0.45e6 / cepstral_band:.4g} us or less"
+    ]
+
+
+def _stopped_at_once(time: Floats, waveforms: Mapping[str, Array], cycles: Cycles) -> list[str]:
+    """A caution where contact stops or releases a flow that is not small, as with Bernoulli's model."""
+    stopped = np.asarray(waveforms.get("flow_stopped", np.zeros(time.size)))
+    part = cycles.extent(time)
+    flow = np.asarray(waveforms["flow"], dtype=float)[part]
+    if flow.size < 4:
+        return []
+    size, change = float(np.ptp(flow)), np.abs(np.diff(flow))
+    beside = np.maximum(np.append(change[1:], 0.0), np.append(0.0, change[:-1]))
+    jumps = change[(np.diff(stopped[part]) != 0) & (change > _STEEPER * beside)]
+    if not jumps.size or float(jumps.max()) <= _JUMP * size:
+        return []
+    return [
+        f"contact stops the flow at once, by {100 * float(jumps.max()) / size:.2g} % of its range in "
+        "a step: what that radiates grows with the band and has no limit"
+    ]
