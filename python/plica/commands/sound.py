@@ -13,8 +13,8 @@ __all__ = ["add_commands"]
 
 _HELP = """\
 Writes the sound of the run in DIR: the sound pressure at 0.3 m from the lips, radiated by the flow that
-leaves them or, in a run without a tract, by the glottal flow, which sounds like a buzz. A run that was stopped or
-killed has the sound of its computed part.
+leaves them or, in a run without a tract, by the glottal flow, which sounds like a buzz. A run that was
+stopped or killed has the sound of its computed part.
 
 A sample of the file, from -1 to 1, times its full scale is the pressure in Pa. The full scale is printed and
 stands in the file (INFO list, ICMT). By default it is the next of 1, 2 and 5 times a power of ten above the

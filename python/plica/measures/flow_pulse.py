@@ -55,6 +55,6 @@ def _unresolved(lasts: Floats, width: float) -> list[str]:
         return []
     lasting = 1e6 * float(np.median(known))
     return [
-        f"the flow falls within {lasting:.3g} us, {_SHORT:g} times the {1e6 * width:.3g} us over which its fall "
-        "is taken, or less: the fall may be steeper"
+        f"the flow falls within {lasting:.3g} us, {_SHORT:g} times the {1e6 * width:.3g} us over which its "
+        "fall is taken, or less: the fall may be steeper"
     ]

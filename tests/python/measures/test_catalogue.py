@@ -211,7 +211,8 @@ def test_a_voice_that_does_not_settle_is_not_printed_as_one_that_does(short: boo
     message = measures_table(measure(VOICES["gliding"]), short=short)
     steady = measures_table(measure(VOICES["closing"]), short=short)
     assert re.search(r"fundamental_frequency .*!\n    ! not settled", message)
-    steady = "\n".join(line for line in steady.splitlines() if "peak_contact_pressure" not in line)
+    doubted = ("peak_contact_pressure", "sound_jitter", "sound_shimmer")  # of any run, and of twelve cycles
+    steady = "\n".join(line for line in steady.splitlines() if not line.startswith(doubted))
     assert not re.search(r"!\n|not settled", steady)
 
 

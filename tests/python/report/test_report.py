@@ -30,6 +30,7 @@ from plica.report.run.cycle import (
 )
 from plica.report.run.page import banner, remark, sections
 from plica.report.run.reading import read
+from plica.report.run.sound import read_sound
 from plica.report.run.waveforms import closed_times, glottal_waveforms, shade
 from plica.report.wording import number, row, tables
 
@@ -42,6 +43,8 @@ airflow_figures = {
     "From above",
     "Pressure in the glottis",
     "Trajectories in the coronal plane",
+    "Spectrum of flow and sound",
+    "Spectrogram",
 }
 
 
@@ -226,7 +229,8 @@ def test_without_cycles_nothing_is_shaded() -> None:
 
 
 def titles(run: AnalyticRun) -> set[str]:
-    return {drawing.title for _, drawings in sections(read(run)) for drawing in drawings}
+    reading = read(run)
+    return {drawing.title for _, drawings in sections(reading, read_sound(reading)) for drawing in drawings}
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from plica.report.comparison import Sheet
 from plica.report.drawing import Drawing
 from plica.report.run.page import sections
 from plica.report.run.reading import read
+from plica.report.run.sound import read_sound
 from plica.report.wording import row
 
 __all__ = ["RunComparison", "compare_runs", "sheet_of_runs"]
@@ -118,7 +119,8 @@ def _shown(item: Measure) -> str:
 
 
 def _drawings(run: MeasuredRun) -> list[Drawing]:
-    return [drawing for _, drawings in sections(read(run)) for drawing in drawings]
+    reading = read(run)
+    return [drawing for _, drawings in sections(reading, read_sound(reading)) for drawing in drawings]
 
 
 def _named(side: str, mark: str, drawing: Drawing) -> Drawing:

@@ -14,6 +14,7 @@ from plica.report.run.coronal import kymogram, pressure_map, trajectories
 from plica.report.run.cycle import coronal_cycle, superior_cycle
 from plica.report.run.energy import energy_balance, probe_motion, probe_spectrum
 from plica.report.run.reading import Reading, read
+from plica.report.run.sound import SoundReading, read_sound
 from plica.report.run.tubes import air_at_the_glottis
 from plica.report.run.waveforms import contact_forces, glottal_waveforms, whole_run
 from plica.report.wording import headlines, number, numbered_after, tables
@@ -38,6 +39,7 @@ def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None =
         The page.
     """
     reading = read(run)
+    heard = read_sound(reading)
     measured, notes = tables(reading.measures), list[str]()
     given = run.cautions
     marks = {row.name: numbered_after(row.cautions, given, notes) for _, rows in measured for row in rows}
@@ -53,7 +55,8 @@ def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None =
         notes=notes,
         uncertainty=uncertainty,
         source=next((item.bound.source for item in reading.measures.values() if item.bound), ""),
-        sections=sections(reading),
+        sections=sections(reading, heard),
+        player=None if heard is None else heard.player,
         scene=run.scene_text.strip(),
         versions=dict(run.versions),
     )
@@ -97,8 +100,8 @@ def remark(reading: Reading, given: Sequence[Caution] = ()) -> str:
     return f"No voice. What has a value is of the last {over}"
 
 
-def sections(reading: Reading) -> list[tuple[str, list[Drawing]]]:
-    """The figures for the data of this run, by section."""
+def sections(reading: Reading, heard: SoundReading | None = None) -> list[tuple[str, list[Drawing]]]:
+    """The figures for the data of this run, by section, with those of its sound where it is given."""
     found: list[tuple[str, list[Drawing]]] = []
     if reading.has("minimum_area", "flow"):
         found.append(("Glottis", [glottal_waveforms(reading), kymogram(reading), whole_run(reading)]))
@@ -111,6 +114,8 @@ def sections(reading: Reading) -> list[tuple[str, list[Drawing]]]:
             trajectories(reading),
         ]
         found.append(("One cycle", [drawing for drawing in one_cycle if drawing]))
+        if heard is not None:
+            found.append(("Sound", heard.drawings))
     elif reading.has("probes") and reading.waveforms["probes"].size:
         found.append(("Vibration", [probe_motion(reading), probe_spectrum(reading)]))
     if reading.has("contact_force_first") and reading.wave("contact_force_first").any():
