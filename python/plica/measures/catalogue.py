@@ -613,8 +613,9 @@ _QUANTITIES = (
         "sound_jitter",
         "Jitter of the sound (local)",
         "1",
-        "mean difference of neighbouring periods over the mean period (Praat); periods of a run are "
-        "those of the glottal area, of a recording the lags at which its sound is most like what follows",
+        "mean difference of neighbouring periods over the mean period (Praat); a period of a run is from "
+        "where the glottal flow rises through 20 to 40 % of its pulse to the next such instant, of a "
+        "recording the lag at which its sound is most like what follows",
         bounds=(0.0, inf),
     ),
     _sound(

@@ -34,6 +34,7 @@ def sound_measures(
     band: float = np.inf,
     cautions: Sequence[str] = (),
     note_on_noise: str = "",
+    marked: Cycles | None = None,
 ) -> list[Measure]:
     """H1-H2, H2-H4, cepstral peak, harmonics-to-noise ratio, jitter and shimmer of a sound.
 
@@ -50,11 +51,13 @@ def sound_measures(
         What speaks against all of them.
     note_on_noise : str
         Note of the harmonics-to-noise ratio.
+    marked : Cycles, optional
+        The same cycles by marks that their heights do not move, for jitter; default: `cycles`.
     """
     return [
         *harmonic_differences("sound", time, sound, cycles, band, cautions),
         *_regularity(time, sound, cycles, band, cautions, note_on_noise),
-        jitter_of("sound_jitter", cycles),
+        jitter_of("sound_jitter", cycles if marked is None else marked),
         shimmer_of("sound_shimmer", _peak_to_peak(time, sound, cycles), cycles),
     ]
 

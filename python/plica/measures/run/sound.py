@@ -14,7 +14,9 @@ from plica.measures.flow_pulse import declination_measures
 from plica.measures.harmonics import cycle_means
 from plica.measures.measure import Measure, absent, per_cycle, whole
 from plica.measures.record import Array, Floats, time_step
+from plica.measures.recorded import marks
 from plica.measures.sound_quality import cepstral_band, harmonic_differences, sound_measures
+from plica.measures.stationary import fewest
 from plica.sound.far_field import FarField, equidistant, far_field, sound_speed
 from plica.sound.voice import reference_pressure
 
@@ -59,7 +61,13 @@ def radiation_measures(
         _level(field, cycles, doubts),
         _efficiency(field, time, waveforms, cycles, supply, doubts),
         *sound_measures(
-            field.time, field.pressure, cycles, band=field.band, cautions=doubts, note_on_noise=_NO_NOISE
+            field.time,
+            field.pressure,
+            cycles,
+            band=field.band,
+            cautions=doubts,
+            note_on_noise=_NO_NOISE,
+            marked=_marked(even, flow, cycles),
         ),
     ]
     return [_of(field.source, item) if CATALOGUE[item.name].group == "Sound" else item for item in noted]
@@ -67,10 +75,9 @@ def radiation_measures(
 
 def _names() -> list[str]:
     """Those of this module that a run without a sound does not determine."""
-    of_flow = ("flow_h1_h2", "flow_h2_h4")
-    slopes = [entry.name for entry in CATALOGUE.values() if entry.symbol in ("MFDR", "NAQ")]
-    sounds = [e.name for e in CATALOGUE.values() if e.group == "Sound" and e.source in ("run", "both")]
-    return [*slopes, *of_flow, *sounds]
+    slopes = ("maximum_flow_declination_rate", "normalised_amplitude_quotient")
+    sounds = [e.name for e in CATALOGUE.values() if e.group == "Sound" and e.source != "video"]
+    return [*slopes, "flow_h1_h2", "flow_h2_h4", *sounds]
 
 
 def _of(source: str, item: Measure) -> Measure:
@@ -120,6 +127,20 @@ def _efficiency(
     radiated = 4.0 * np.pi * field.distance**2 / (field.density * sound_speed) * square
     share = np.divide(radiated, aerodynamic, out=np.full(cycles.count, np.nan), where=aerodynamic > 0)
     return per_cycle(name, cycles, share, cautions=doubts)
+
+
+def _marked(time: Floats, flow: Floats, cycles: Cycles) -> Cycles:
+    """The cycles from mark to mark of the flow, where each has one (:mod:`plica.measures.recorded`), or all
+    but that of a record's first flank: where the area passes its mean, another height is another period."""
+    if not cycles.count:
+        return cycles
+    half = 0.5 / cycles.frequency
+    found = marks(time, flow)
+    found = found[(found > cycles.starts[0] - half) & (found < cycles.starts[-1] + half)]
+    each = found.size >= max(cycles.count, fewest + 1) and bool(
+        (np.abs(np.diff(found) - 2 * half) < half).all()
+    )
+    return replace(cycles, starts=found) if each else cycles
 
 
 def _means(name: str, time: Floats, waveforms: Mapping[str, Array], cycles: Cycles) -> Floats:
