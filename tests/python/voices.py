@@ -51,3 +51,20 @@ def scattered(count: int, jitter: float = 0.0, shimmer: float = 0.0, seed: int =
         5e-3 * (1 + jitter * random.standard_normal(count)),
         1 + shimmer * random.standard_normal(count),
     )
+
+
+def lf_pulse(period: float, step: float, peak: float) -> tuple[Floats, Floats, float]:
+    """Time and flow of twelve pulses of Liljencrants and Fant's open phase, and E: the slope is
+    e^(a t) sin(pi t / tp) to t = te, where it is -E, and zero from there on (no return phase), by
+    quadrature."""
+    tp, te = 0.45 * period, 0.6 * period
+    fine = np.linspace(0.0, te, 20001)
+    low, high = 0.0, 2000.0
+    for _ in range(80):  # a: the flow is zero at te
+        a = 0.5 * (low + high)
+        slope = np.exp(a * fine) * np.sin(np.pi * fine / tp)
+        low, high = (a, high) if np.trapezoid(slope, fine) > 0 else (low, a)
+    scale = peak / np.trapezoid(np.maximum(slope, 0.0), fine)
+    flow = scale * np.concatenate(([0.0], np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(fine))))
+    time = step * np.arange(int(12 * period / step))
+    return time, np.interp(time % period, fine, flow, right=0.0), float(-scale * slope[-1])

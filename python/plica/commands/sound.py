@@ -69,8 +69,7 @@ def _sound(options: argparse.Namespace) -> int:
 def _written(options: argparse.Namespace) -> int:
     import plica
     from plica.errors import InvalidInput
-    from plica.measures.run.measure import fold_length
-    from plica.sound.voice import sound, sound_level
+    from plica.sound.voice import sound_level
     from plica.storage.files import refuse_overwriting
 
     path: Path = options.output
@@ -82,13 +81,8 @@ def _written(options: argparse.Namespace) -> int:
         raise InvalidInput(f"{path}: there is no directory {path.parent}; must be one.")
     refuse_overwriting([path], options.overwrite)
     run = plica.Run.load(options.directory)
-    made = sound(
-        run,
-        at=options.distance,
-        rate=options.rate,
-        aspiration=options.aspiration,
-        length=fold_length(run) if options.aspiration else None,
-        seed=options.seed,
+    made = run.sound(
+        distance=options.distance, rate=options.rate, aspiration=options.aspiration, seed=options.seed
     )
     scale = made.save(path, options.full_scale, options.format)
     seconds = made.pressure.size / made.rate

@@ -8,6 +8,7 @@ __all__ = ["NOT_MODELLED", "SYNONYMS", "names_for", "not_modelled"]
 
 _STIFFNESS = ("tissue.NAME.E", "tissue.NAME.E_fibre", "tissue.NAME.mu_fibre", "tissue.NAME.mu_transverse")
 _PRESSURE = ("airflow.subglottal_pressure",)
+_SOUND = ("sound_pressure_level", "glottal_efficiency", "sound_h1_h2", "sound_cepstral_peak_prominence")
 
 SYNONYMS: dict[str, tuple[str, ...]] = {
     "frequency": ("fundamental_frequency", "loads.frequency"),
@@ -30,7 +31,6 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("cm h2o", "cmh2o", "hpa", "mmhg"), _PRESSURE),
     "threshold pressure": _PRESSURE,
     "phonation threshold pressure": _PRESSURE,
-    "loudness": _PRESSURE,
     "density": ("tissue.NAME.density", "airflow.air_density"),
     "collision": ("contact", "collisions", "contact_impulse", "peak_contact_pressure"),
     "impact": ("contact_impulse", "peak_contact_pressure"),
@@ -46,15 +46,20 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
         "left_right_phase",
     ),
     "phase": ("left_right_phase", "vertical_phase_difference", "phase", "loads.phase"),
-    "perturbation": ("jitter", "shimmer"),
-    "noise": ("harmonics_to_noise",),
+    "perturbation": ("jitter", "shimmer", "sound_jitter", "sound_shimmer"),
+    "noise": ("harmonics_to_noise", "sound_harmonics_to_noise"),
+    **dict.fromkeys(("sound", "sound pressure", "acoustics", "microphone"), _SOUND),
+    "loudness": (*_SOUND[:1], *_PRESSURE),
+    "spectral tilt": ("flow_h1_h2", "flow_h2_h4", "sound_h1_h2", "sound_h2_h4"),
+    "h1 h2": ("flow_h1_h2", "sound_h1_h2"),
+    "cpp": ("sound_cepstral_peak_prominence", "cepstral_peak_prominence"),
+    "hnr": ("sound_harmonics_to_noise", "harmonics_to_noise"),
+    "efficiency": ("glottal_efficiency",),
     "area": ("glottal_area_max", "glottal_area_mean", "minimum_area", "area_total"),
     "glottal width": ("coronal_left", "coronal_right", "edge_left", "edge_right"),
     "airflow rate": ("flow", "mean_flow", "peak_flow"),
     "glottal flow": ("flow", "mean_flow", "peak_flow"),
-    "flow declination": ("flow", "closing_quotient", "speed_quotient"),
-    "mfdr": ("flow", "closing_quotient", "speed_quotient"),
-    "naq": ("flow", "closing_quotient", "speed_quotient"),
+    "flow declination": ("maximum_flow_declination_rate", "normalised_amplitude_quotient"),
     "frame rate": ("output.every",),
     **dict.fromkeys(("one fold", "hemilarynx", "midplane"), ("mesh.mirror", "symmetry")),
     "duration": ("time.duration",),
@@ -68,10 +73,6 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
 """Common name, in lower case, to the names that ``plica keys`` takes, best match first."""
 
 
-_SOUND = (
-    "the run has the flow at the glottis and at the lips, whose rate of change is the sound in front of them",
-    ("flow", "peak_flow", "mean_flow", "subglottal_pressure", "fundamental_frequency"),
-)
 _POSTURE = (
     "without muscles and the posture that they give, the shape at rest and the tissue are given",
     ("mesh.options.sections", "mesh.options.major", "tissue.NAME.E", "tissue.NAME.E_fibre"),
@@ -89,18 +90,6 @@ _FOLDS = (
     ("mesh.file", "mesh.options.sections"),
 )
 NOT_MODELLED: dict[str, tuple[str, tuple[str, ...]]] = {
-    **dict.fromkeys(
-        (
-            "spl",
-            "sound",
-            "sound pressure",
-            "sound pressure level",
-            "acoustics",
-            "spectral tilt",
-            "microphone",
-        ),
-        _SOUND,
-    ),
     **dict.fromkeys(
         (
             "adduction",

@@ -622,7 +622,8 @@ _QUANTITIES = (
         "sound_shimmer",
         "Shimmer of the sound (local)",
         "1",
-        "mean difference of neighbouring peak-to-peak amplitudes over the mean one (Praat)",
+        "mean difference of neighbouring amplitudes over the mean one (Praat), an amplitude being "
+        "the root mean square of a cycle, as a peak depends on the band",
         bounds=(0.0, inf),
     ),
     _egg(

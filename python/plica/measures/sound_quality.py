@@ -11,8 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from plica.measures.cycles import Cycles
-from plica.measures.harmonics import harmonic_levels, level_difference
-from plica.measures.instants import highest
+from plica.measures.harmonics import cycle_means, harmonic_levels, level_difference
 from plica.measures.measure import Measure, absent, per_period
 from plica.measures.perturbation import cepstral_peak, harmonics_to_noise, jitter_of, shimmer_of
 from plica.measures.record import Floats, time_step
@@ -33,7 +32,6 @@ def sound_measures(
     *,
     band: float = np.inf,
     cautions: Sequence[str] = (),
-    note_on_noise: str = "",
     marked: Cycles | None = None,
 ) -> list[Measure]:
     """H1-H2, H2-H4, cepstral peak, harmonics-to-noise ratio, jitter and shimmer of a sound.
@@ -49,16 +47,16 @@ def sound_measures(
         Hz, up to which the sound is known.
     cautions : sequence of str
         What speaks against all of them.
-    note_on_noise : str
-        Note of the harmonics-to-noise ratio.
     marked : Cycles, optional
         The same cycles by marks that their heights do not move, for jitter; default: `cycles`.
     """
     return [
         *harmonic_differences("sound", time, sound, cycles, band, cautions),
-        *_regularity(time, sound, cycles, band, cautions, note_on_noise),
+        *_regularity(time, sound, cycles, band, cautions),
         jitter_of("sound_jitter", cycles if marked is None else marked),
-        shimmer_of("sound_shimmer", _peak_to_peak(time, sound, cycles), cycles),
+        shimmer_of("sound_shimmer", np.sqrt(cycle_means(time, (sound - sound.mean()) ** 2, cycles)), cycles)
+        if cycles.count
+        else absent("sound_shimmer", cycles.note),
     ]
 
 
@@ -94,14 +92,17 @@ def _untold(one: int, other: int, levels: Floats, cycles: Cycles, band: float) -
 
 
 def _regularity(
-    time: Floats, sound: Floats, cycles: Cycles, band: float, cautions: Sequence[str], note_on_noise: str
+    time: Floats,
+    sound: Floats,
+    cycles: Cycles,
+    band: float,
+    cautions: Sequence[str],
 ) -> list[Measure]:
     """Cepstral peak and harmonics-to-noise ratio of all cycles."""
     names = ("sound_cepstral_peak_prominence", "sound_harmonics_to_noise")
     if not cycles.count or cycles.no_period:
         return [absent(name, cycles.no_period or cycles.note) for name in names]
-    step = time_step(time)
-    part = cycles.extent(time)
+    step, part = time_step(time), cycles.extent(time)
     upto = min(cepstral_band, band, 0.5 / step)
     peak = cepstral_peak(
         sound[part], 1.0 / cycles.frequency / step, band=min(upto * step, 0.5), first=_FIRST_QUEFRENCY / step
@@ -110,24 +111,23 @@ def _regularity(
     if cycles.count < _FEW:
         doubts.append(f"only {cycles.count} cycles: cepstrum and noise need about {_FEW}")
     low = [] if upto >= cepstral_band else [f"of the spectrum up to {upto:.4g} Hz: compare like with like"]
-    finer = sound if step <= 1.0 / _FINE else resampled(sound, step, _FINE)
-    at = time if step <= 1.0 / _FINE else time[0] + np.arange(finer.size) / _FINE
-    ratio = harmonics_to_noise(finer[cycles.extent(at)], time_step(at))
+    at, between = _finer(time, sound)
+    ratio = harmonics_to_noise(between[cycles.extent(at)], time_step(at))
     return [
-        Measure(name, value, None, cycles.count, note, tuple(text))
+        Measure(name, value, None, cycles.count, cautions=tuple(text))
         if np.isfinite(value)
         else absent(name, why)
-        for name, value, note, text, why in (
-            (names[0], peak, "", [*doubts, *low], "the record is too short for a cepstrum"),
-            (names[1], ratio, note_on_noise, doubts, "the sound is periodic to round-off, or has no period"),
+        for name, value, text, why in (
+            (names[0], peak, [*doubts, *low], "the record is too short for a cepstrum"),
+            (names[1], ratio, doubts, "the sound is periodic to round-off, or has no period"),
         )
     ]
 
 
-def _peak_to_peak(time: Floats, sound: Floats, cycles: Cycles) -> Floats:
-    """(c) largest less least value of each cycle, both by parabolas."""
-    found = []
-    for part in cycles.samples(time):
-        top, foot = (part.start + int(k) for k in (np.argmax(sound[part]), np.argmin(sound[part])))
-        found.append(highest(time, sound, top)[1] + highest(time, -sound, foot)[1])
-    return np.array(found)
+def _finer(time: Floats, sound: Floats) -> tuple[Floats, Floats]:
+    """Times and sound at 192 kHz or more, so that a parabola finds the peak of its autocorrelation."""
+    step = time_step(time)
+    if step <= 1.0 / _FINE or sound.size < 2:
+        return time, sound
+    finer = resampled(sound, step, _FINE)
+    return np.asarray(time[0] + np.arange(finer.size) / _FINE), finer

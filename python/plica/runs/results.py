@@ -24,6 +24,8 @@ from plica.runs.part import RunPart, part_of
 from plica.runs.progress_record import ProgressRecord
 from plica.scene.plausibility import scene_cautions
 from plica.scene.scene import Scene
+from plica.sound.far_field import audio_rate, usual_distance
+from plica.sound.voice import Sound, sound
 from plica.storage.files import storage_errors
 from plica.storage.stored import Stored
 
@@ -390,6 +392,34 @@ class Run(Mapping[str, NDArray[Any]]):
         from plica.measures.run.cautions import cautions
 
         return cautions(self)
+
+    def sound(
+        self,
+        *,
+        distance: float | str = usual_distance,
+        rate: int = int(audio_rate),
+        aspiration: bool = False,
+        seed: int = 1,
+    ) -> Sound:
+        """The sound of the run, of the part that is computed; raises as `plica.sound.voice.sound`.
+
+        Parameters
+        ----------
+        distance : float or str
+            m, or a text with a unit: from the lips.
+        rate : int
+            Hz.
+        aspiration : bool
+            Whether the noise of the jet is added, of this `seed`.
+
+        Examples
+        --------
+        ``run.sound(aspiration=True).save("voice.wav")``
+        """
+        from plica.measures.run.measure import fold_length
+
+        length = fold_length(self) if aspiration else None
+        return sound(self, distance=distance, rate=rate, aspiration=aspiration, length=length, seed=seed)
 
     def to_xarray(self) -> xarray.Dataset:
         """The waveforms as a data set over ``time`` (and ``section`` height, ``probe``, ``component``).

@@ -27,14 +27,14 @@ __all__ = [
     "FarField",
     "air",
     "audio_rate",
-    "distance",
     "equidistant",
     "far_field",
     "radiating_flow",
     "sound_speed",
+    "usual_distance",
 ]
 
-distance = 0.3  # m, from the lips: of microphones and of published levels
+usual_distance = 0.3  # m, from the lips: of microphones and of published levels
 audio_rate = 48000.0  # Hz
 sound_speed = 350.0  # m/s, of moist air at 35 degrees Celsius
 _FEWEST = 16  # steps, below which there is no sound
@@ -82,7 +82,7 @@ def far_field(
     waveforms: Mapping[str, Array],
     scene_text: str,
     *,
-    at: float = distance,
+    distance: float = usual_distance,
     rate: float = audio_rate,
     added: Floats | None = None,
 ) -> FarField:
@@ -95,8 +95,8 @@ def far_field(
         Those of the run.
     scene_text : str
         Its scene, for the density of the air.
-    at : float
-        m, distance from the lips.
+    distance : float
+        m, from the lips.
     rate : float
         Hz.
     added : (k) m^3/s, optional
@@ -121,9 +121,9 @@ def far_field(
     time, flow = equidistant(time, flow)
     step, density = time_step(time), air(scene_text)
     slope = resampled_slope(flow, step, rate)
-    pressure = density / (4.0 * np.pi * at) * slope
+    pressure = density / (4.0 * np.pi * distance) * slope
     band = passed_share * min(rate, 1.0 / step)
-    return FarField(pressure, rate, float(time[0]), at, density, band, source)
+    return FarField(pressure, rate, float(time[0]), distance, density, band, source)
 
 
 def radiating_flow(waveforms: Mapping[str, Array]) -> tuple[Floats, str]:

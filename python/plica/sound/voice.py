@@ -12,7 +12,7 @@ import numpy as np
 from plica.errors import InvalidInput
 from plica.measures.record import Array, Floats
 from plica.sound.aspiration import aspiration_flow
-from plica.sound.far_field import FarField, audio_rate, distance, far_field
+from plica.sound.far_field import FarField, audio_rate, far_field, usual_distance
 from plica.sound.wave_file import Format, faded, full_scale_above, wav_bytes, write_wav
 from plica.units import read_quantity
 
@@ -108,7 +108,7 @@ class Sound:
 def sound(
     run: Radiates,
     *,
-    at: float | str = distance,
+    distance: float | str = usual_distance,
     rate: int = int(audio_rate),
     aspiration: bool = False,
     length: float | None = None,
@@ -120,7 +120,7 @@ def sound(
     ----------
     run : Radiates
         Any run; finished or not.
-    at : float or str
+    distance : float or str
         m, or a text with a unit: distance from the lips, 1 cm to 100 m.
     rate : int
         Hz, 8000 to 192000.
@@ -136,7 +136,7 @@ def sound(
     InvalidInput
         For a value out of its range, and for a run that radiates no sound.
     """
-    meters = _quantity("distance", at, "m")
+    meters = _quantity("distance", distance, "m")
     if not _DISTANCES[0] <= meters <= _DISTANCES[1]:
         raise InvalidInput(
             f"Sound: distance = {meters:g} m; must be in [{_DISTANCES[0]:g}, {_DISTANCES[1]:g}] m."
@@ -148,7 +148,7 @@ def sound(
     if seed < 0:
         raise InvalidInput(f"Sound: seed = {seed}; must be >= 0.")
     time, waveforms = np.asarray(run.time, dtype=float), run.waveforms
-    given: dict[str, Any] = {"at": meters, "rate": float(rate)}
+    given: dict[str, Any] = {"distance": meters, "rate": float(rate)}
     found = far_field(time, waveforms, run.scene_text, **given)
     noise = None
     if aspiration:

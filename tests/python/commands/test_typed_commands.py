@@ -25,6 +25,7 @@ FIRST_SESSION = (
     "plica run scenes/first.toml -o runs/first",
     "plica uncertainty runs/first",
     "plica film runs/first -o clip.avi",
+    "plica sound runs/first -o voice.wav",
 )
 SCENE_SESSION = (
     "plica mesh scene.toml",
@@ -84,6 +85,8 @@ NOT_RUN = {
     r"plica run (full|voice).toml .*|plica reduce (runs/(full|whole)|voice.toml) .*": "scenes of "
     "docs/reduction.md, such as "
     "runs/test_reduction_full_run.py runs",
+    r"plica sound .* (--aspiration|--distance) .*": "the same sound otherwise; commands/test_sound.py has "
+    "each option",
     r"plica film .* (--from|--size) .*": "films the same run otherwise; films/test_files.py has each option",
     r"plica video clip.avi .*": "a film of five cycles takes a minute; films/test_chain.py analyses one",
     r"plica video (frames/|larynx.cine|larynx.mp4|larynx.avi --fps 4000 --mm-per-px) .*": "the same on other "
@@ -109,6 +112,7 @@ PYTHON = {
     "docs/recording_files.md": (
         "not run: needs a trained network; video/glottis/test_network.py has such files",
     ),
+    "docs/sound.md": ("sound/test_docs.py",),
     "docs/uncertainty.md": ("here",),
 }
 """Which tests run the Python blocks of each page."""
@@ -193,7 +197,13 @@ def test_the_first_session_goes_as_it_is_shown(tmp_path: Path, monkeypatch: pyte
         if command == "plica examples scenes":
             small = FIRST_VOICE.format(duration="0.15 s", fields_from="0.148 s")
             (tmp_path / "scenes" / "first.toml").write_text(small)
-    for name in ("runs/first/report.html", "runs/first/fields.xdmf", "clip.avi", "clip.truth.h5"):
+    for name in (
+        "runs/first/report.html",
+        "runs/first/fields.xdmf",
+        "clip.avi",
+        "clip.truth.h5",
+        "voice.wav",
+    ):
         assert (tmp_path / name).is_file(), name
 
 

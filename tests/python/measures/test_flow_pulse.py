@@ -8,6 +8,7 @@ import pytest
 from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.flow_pulse import declination_measures, steepest_falls
 from plica.measures.measure import Measure
+from voices import lf_pulse
 
 _PEAK = 3e-4  # m^3/s
 
@@ -38,26 +39,10 @@ def test_a_trapezoid_falls_by_its_height_over_its_closing_time(fall: float, step
     assert rate.cautions == ()
 
 
-def lf_pulse(period: float, step: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Time and flow of pulses of Liljencrants and Fant's open phase: the slope is e^(a t) sin(pi t / tp) to
-    t = te, where it is -E, and zero from there on (no return phase), by quadrature; and E."""
-    tp, te = 0.45 * period, 0.6 * period
-    fine = np.linspace(0.0, te, 20001)
-    low, high = 0.0, 2000.0
-    for _ in range(80):  # a: the flow is zero at te
-        a = 0.5 * (low + high)
-        slope = np.exp(a * fine) * np.sin(np.pi * fine / tp)
-        low, high = (a, high) if np.trapezoid(slope, fine) > 0 else (low, a)
-    scale = _PEAK / np.trapezoid(np.maximum(slope, 0.0), fine)
-    flow = scale * np.concatenate(([0.0], np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(fine))))
-    time = step * np.arange(int(12 * period / step))
-    return time, np.interp(time % period, fine, flow, right=0.0), float(-scale * slope[-1])
-
-
 @pytest.mark.parametrize("step", [5e-6, 25e-6, 50e-6])
 def test_a_pulse_of_liljencrants_and_fant_falls_as_steeply_as_its_largest_excitation(step: float) -> None:
     period = 1 / 110.0
-    time, flow, excitation = lf_pulse(period, step)
+    time, flow, excitation = lf_pulse(period, step, _PEAK)
     cycles = find_cycles(time, flow)
     falls = steepest_falls(time, flow, cycles)
     assert cycles.count >= 9
@@ -71,7 +56,7 @@ def test_a_pulse_of_liljencrants_and_fant_falls_as_steeply_as_its_largest_excita
 def test_the_fall_does_not_depend_on_the_step_below_fifty_microseconds() -> None:
     values = []
     for step in (1e-6, 10e-6, 25e-6, 50e-6):
-        time, flow, _ = lf_pulse(1 / 200.0, step)
+        time, flow, _ = lf_pulse(1 / 200.0, step, _PEAK)
         cycles = Cycles(0.012 + np.arange(8) / 200.0)
         values.append(steepest_falls(time, flow, cycles).max())
     assert values == pytest.approx([values[0]] * 4, rel=0.01)

@@ -22,7 +22,7 @@ _MAY_IMPORT = {
     "plica.scene": _BASE | {"plica.measures", "plica.storage"},
     "plica.sound": _BASE | {"plica.measures", "plica.storage"},
     "plica.measures.run": _BASE | {"plica.measures", "plica.sound"},
-    "plica.runs": _BASE | _SHARED | {"plica.scene", "plica.measures.run"},
+    "plica.runs": _BASE | _SHARED | {"plica.scene", "plica.measures.run", "plica.sound"},
     "plica.report": _BASE | _SHARED,
     "plica.report.run": _BASE | _SHARED | {"plica.measures.run", "plica.sound"},
     "plica.video": _BASE | _SHARED,

@@ -17,7 +17,7 @@ def test_a_pulsating_flow_has_the_pressure_of_a_small_source(distance: float, ra
     time = 50e-6 * np.arange(1, 4001)
     frequency, amplitude = 210.0, 2e-4
     flow = 3e-4 + amplitude * np.sin(2 * np.pi * frequency * time)
-    found = far_field(time, {"flow": flow}, _SCENE, at=distance, rate=rate)
+    found = far_field(time, {"flow": flow}, _SCENE, distance=distance, rate=rate)
     slope = 2 * np.pi * frequency * amplitude * np.cos(2 * np.pi * frequency * found.time)
     wanted = 1.14 / (4 * np.pi * distance) * slope
     inner = (found.time > 0.02) & (found.time < 0.18)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from plica.sound.far_field import far_field
 from plica.sound.voice import sound_level
 from plica.video.files.signal_file import Signal
 from plica.video.measures.signal_measures import signal_measures
+from voices import lf_pulse
 
 _RHO, _PRESSURE, _F = 1.14, 800.0, 187.3
 _SCENE = f"[airflow]\nair_density = {_RHO}\nsubglottal_pressure = {_PRESSURE}\n"
@@ -193,10 +195,15 @@ def test_jitter_and_shimmer_of_a_run_are_those_of_its_cycles() -> None:
     between = between[-run.cycles.count :]
     jitter = np.abs(np.diff(between)).mean() / between.mean()
     assert found["sound_jitter"].value == pytest.approx(jitter, rel=0.03)
-    # The sound's amplitude has the slope of its pulse, so that a shorter period is louder too.
-    assert found["sound_shimmer"].value == pytest.approx(
-        np.abs(np.diff(heights / periods)).mean() / 150, rel=0.1
-    )
+    # The sound is the slope of sin^2, proportional to A / T sin(2 x), from flank to flank.
+    fine = np.linspace(run.cycles.starts[0], run.cycles.starts[-1], 400_001)[:-1]
+    edges = np.concatenate(([0.0], np.cumsum(periods)))
+    k = np.searchsorted(edges, fine, side="right") - 1
+    turn = np.clip((fine - edges[k]) / periods[k] / 0.7, 0, 1)
+    square = (heights[k] / periods[k] * np.sin(2 * np.pi * turn)) ** 2
+    cycle = np.searchsorted(run.cycles.starts, fine, side="right") - 1
+    loud = np.sqrt(np.bincount(cycle, square) / np.bincount(cycle))
+    assert found["sound_shimmer"].value == pytest.approx(np.abs(np.diff(loud)).mean() / loud.mean(), rel=0.03)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 6])
@@ -205,3 +212,23 @@ def test_few_cycles_have_values_or_reasons(count: int) -> None:
     for item in measure(run).values():
         assert item.value is not None or item.note, item.name
         assert item.value is None or np.isfinite(item.value), item.name
+
+
+@pytest.mark.parametrize("step", [50e-6, 100e-6])
+def test_sampled_corners_are_within_what_the_notes_say(step: float) -> None:
+    """Equal pulses with a corner: all that tells their cycles apart is how they are sampled."""
+    peaks = []
+    for frequency in (97.7, 137.3, 220.7, 313.3):
+        _, flow, _ = lf_pulse(1 / frequency, step, 3e-4)
+        found = radiated(flow, step, cycles_of(frequency, 7, 3 / frequency + step))
+        noise, shimmer = found["sound_harmonics_to_noise"], found["sound_shimmer"]
+        assert 20.0 < (noise.value or 0.0) < 35.0
+        assert "leaves 20 to 30 dB" in noise.note
+        limit = float(re.findall(r"makes up to (\S+) %", shimmer.note)[0])
+        assert 100 * (shimmer.value or 0.0) <= 1.05 * limit
+        fine = radiated(lf_pulse(1 / frequency, 5e-6, 3e-4)[1], 5e-6, cycles_of(frequency, 7, 3 / frequency))
+        assert (fine["sound_harmonics_to_noise"].value or 99.0) > 40.0
+        assert "sampled" not in fine["sound_shimmer"].note
+        two = [one["sound_cepstral_peak_prominence"].value or 0.0 for one in (found, fine)]
+        peaks.append(two[1] - two[0])
+    assert max(peaks) < (6.0 if step == 50e-6 else 10.0)
