@@ -25,6 +25,8 @@ few_cycles = 20  # with fewer, the uncertainty of a perturbation is a fifth or m
 frame_jitter = 0.005  # of a regular voice, recorded at 20 frames per cycle: docs/verification/video.md
 _BELOW_SAMPLING = 10.0  # dB below the ratio of a sampled noise-free signal; above that, sampling contributes
 _NEAR = 0.3  # of the period: search range of the cepstral peak
+_ROUND_OFF = 1e-6  # of a sample
+_FLOOR = -200.0  # dB of the strongest
 _FIRST = 4  # frames: shorter quefrencies belong to the spectral envelope
 
 
@@ -178,7 +180,15 @@ def harmonics_to_noise(signal: Floats, step: float) -> float:
     return float(10 * np.log10(r / (1 - r))) if 0 < r < 1 - 1e-9 else float("nan")
 
 
-def cepstral_peak(signal: Floats, period: float, *, band: float = 0.5, first: float = _FIRST) -> float:
+def cepstral_peak(
+    signal: Floats,
+    period: float,
+    *,
+    band: float = 0.5,
+    first: float = _FIRST,
+    padding: int = 1,
+    floor: float = _FLOOR,
+) -> float:
     """Height (dB) of the cepstrum's peak at the period above the line through it (Hillenbrand, 1994).
 
     The cepstrum is the transform of the log power spectrum (dB) of the signal less its mean under a Hamming
@@ -193,20 +203,27 @@ def cepstral_peak(signal: Floats, period: float, *, band: float = 0.5, first: fl
         In cycles per sample, up to which the spectrum counts; the cepstrum has samples of 1 / (2 band).
     first : float
         In samples.
+    padding : int
+        Length of the transform, in lengths of the signal. In one of whole periods without noise all between
+        harmonics is round-off: with four, and a higher floor, the peak depends little on where it is cut.
+    floor : float
+        dB of the strongest frequency, below which none is taken to be.
     """
     windowed = (signal - signal.mean()) * np.hamming(signal.size)
-    kept = int(band * signal.size)
-    power = np.abs(np.fft.rfft(windowed)[: kept + 1]) ** 2
-    level = 10 * np.log10(np.maximum(power, 1e-20 * power.max()))
-    size = 2 * kept + signal.size % 2 if band == 0.5 else 2 * kept
+    length = padding * signal.size
+    kept = int(band * length + _ROUND_OFF)
+    power = np.abs(np.fft.rfft(windowed, length)[: kept + 1]) ** 2
+    level = 10 * np.log10(np.maximum(power, 10 ** (floor / 10) * power.max()))
+    size = 2 * kept + length % 2 if band == 0.5 else 2 * kept
     cepstrum = 20 * np.log10(np.maximum(np.abs(np.fft.irfft(level, size)), 1e-12))
-    finer = size / signal.size
-    begin = int(np.ceil(first * finer))
-    quefrency = np.arange(begin, size // 2)
-    low, high = int(np.ceil((1 - _NEAR) * period * finer)), int((1 + _NEAR) * period * finer)
+    finer = size / length
+    begin, end = int(np.ceil(first * finer - _ROUND_OFF)), int(signal.size * finer + _ROUND_OFF) // 2
+    quefrency = np.arange(begin, end)
+    low = int(np.ceil((1 - _NEAR) * period * finer - _ROUND_OFF))
+    high = int((1 + _NEAR) * period * finer + _ROUND_OFF)
     low = max(low, begin)
-    if quefrency.size < 8 or high >= size // 2 or high < low:
+    if quefrency.size < 8 or high >= end or high < low:
         return float("nan")
-    line = np.polyfit(quefrency, cepstrum[begin : size // 2], 1)
+    line = np.polyfit(quefrency, cepstrum[begin:end], 1)
     peak = low + int(np.argmax(cepstrum[low : high + 1]))
     return float(cepstrum[peak] - np.polyval(line, peak))

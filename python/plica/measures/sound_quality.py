@@ -21,6 +21,8 @@ __all__ = ["harmonic_differences", "sound_measures"]
 
 cepstral_band = 5000.0  # Hz, up to which the spectrum of a cepstrum counts
 _FIRST_QUEFRENCY = 1e-3  # s
+_PADDING = 4
+_FLOOR = -80.0  # dB of the strongest harmonic: quiet rooms and 16 bits have no less
 _FEW = 8  # cycles, below which a cepstrum and a ratio say little
 _FINE = 192e3  # Hz, at which a parabola through samples of the autocorrelation is exact to -70 dB
 
@@ -102,17 +104,22 @@ def _regularity(
     names = ("sound_cepstral_peak_prominence", "sound_harmonics_to_noise")
     if not cycles.count or cycles.no_period:
         return [absent(name, cycles.no_period or cycles.note) for name in names]
-    step, part = time_step(time), cycles.extent(time)
+    step, part = time_step(time), _extent(time, cycles)
     upto = min(cepstral_band, band, 0.5 / step)
     peak = cepstral_peak(
-        sound[part], 1.0 / cycles.frequency / step, band=min(upto * step, 0.5), first=_FIRST_QUEFRENCY / step
+        sound[part],
+        1.0 / cycles.frequency / step,
+        band=min(upto * step, 0.5),
+        first=_FIRST_QUEFRENCY / step,
+        padding=_PADDING,
+        floor=_FLOOR,
     )
     doubts = [*filter(None, [cycles.note]), *cautions]
     if cycles.count < _FEW:
         doubts.append(f"only {cycles.count} cycles: cepstrum and noise need about {_FEW}")
     low = [] if upto >= cepstral_band else [f"of the spectrum up to {upto:.4g} Hz: compare like with like"]
     at, between = _finer(time, sound)
-    ratio = harmonics_to_noise(between[cycles.extent(at)], time_step(at))
+    ratio = harmonics_to_noise(between[_extent(at, cycles)], time_step(at))
     return [
         Measure(name, value, None, cycles.count, cautions=tuple(text))
         if np.isfinite(value)
@@ -122,6 +129,12 @@ def _regularity(
             (names[1], ratio, doubts, "the sound is periodic to round-off, or has no period"),
         )
     ]
+
+
+def _extent(time: Floats, cycles: Cycles) -> slice:
+    """Samples of all cycles, the same for starts that differ by round-off."""
+    ends = np.ceil((cycles.starts[[0, -1]] - time[0]) / time_step(time) - 1e-6)
+    return slice(*np.clip(ends.astype(int), 0, time.size).tolist())
 
 
 def _finer(time: Floats, sound: Floats) -> tuple[Floats, Floats]:
