@@ -10,6 +10,7 @@ the signal is mirrored at its first and last sample, by odd reflection, which ke
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 
 import numpy as np
 
@@ -22,7 +23,7 @@ _STOPPED = 0.5  # of the lower rate
 _cutoff = 0.5 * (passed_share + _STOPPED)
 _ATTENUATION = 120.0  # dB
 _REACH = 80  # samples of the lower rate to either side: Kaiser's rule for both
-_SAME = 1e-9  # of a sample: instants that lie so alike have the same weights
+_SAME = 1e-6  # of a sample, by which an instant may be off
 _PHASES = 1024  # a sample of the lower rate, between which weights are linear to 1e-6
 _AT_ONCE = 1 << 20  # weights
 
@@ -51,27 +52,42 @@ def _convolved(signal: Floats, step: float, rate: float, kernel: Callable[[Array
     lower = min(1.0 / step, rate)
     reach = int(np.ceil(_REACH / (lower * step)))
     padded = np.pad(signal - signal.mean(), reach, mode="reflect", reflect_type="odd")
-    count = int(np.floor((signal.size - 1) * step * rate + _SAME)) + 1
-    place = np.arange(count) / (rate * step)
-    first = np.floor(place + _SAME).astype(int)
-    phase = np.round((place - first) / _SAME) * _SAME
-    phases, which = np.unique(phase, return_inverse=True)
-    share = np.zeros(count)
-    if phases.size > _PHASES:
-        steps = int(np.ceil(_PHASES * lower * step))
-        phases = np.arange(steps + 1) / steps
-        which = np.minimum((phase * steps).astype(int), steps - 1)
-        share = phase * steps - which
     taps = np.arange(1 - reach, reach + 1)
-    weights = step * kernel((phases[:, None] - taps) * step, lower)
-    windows = np.lib.stride_tricks.sliding_window_view(padded, taps.size)
-    found, chunk = np.empty(count), max(_AT_ONCE // taps.size, 1)
-    for low in range(0, count, chunk):
+    windows = np.lib.stride_tricks.sliding_window_view(padded, taps.size)[1:]  # of the samples in order
+    count = int(np.floor((signal.size - 1) * step * rate + _SAME)) + 1
+    ratio = Fraction(rate * step).limit_denominator(_PHASES)
+
+    def weights(phases: Floats) -> Floats:
+        return step * kernel((phases[:, None] - taps) * step, lower)
+
+    if ratio and abs(1 / float(ratio) - 1 / (rate * step)) * count < _SAME:
+        return _of_a_ratio(windows, ratio, count, weights)
+    return _of_any(windows, np.arange(count) / (rate * step), int(np.ceil(_PHASES * lower * step)), weights)
+
+
+def _of_a_ratio(windows: Floats, ratio: Fraction, count: int, weights: Callable[[Floats], Floats]) -> Floats:
+    """(count) where `ratio` samples of the result are one of the signal: its numerator of phases recur."""
+    up, down = ratio.numerator, ratio.denominator
+    first, rest = np.divmod(down * np.arange(up), up)
+    found, chosen = np.empty(count), weights(rest / up)
+    for k in range(min(up, count)):
+        size = len(range(k, count, up))
+        found[k::up] = np.einsum("ij,j->i", windows[first[k] :: down][:size], chosen[k])
+    return found
+
+
+def _of_any(windows: Floats, place: Floats, phases: int, weights: Callable[[Floats], Floats]) -> Floats:
+    """(n) at any places, in samples of the signal: weights are linear between so many phases."""
+    table = weights(np.arange(phases + 1) / phases)
+    first = np.floor(place + _SAME).astype(int)
+    phase = (place - first) * phases
+    which = np.clip(phase.astype(int), 0, phases - 1)
+    found, chunk = np.empty(place.size), max(_AT_ONCE // windows.shape[1], 1)
+    for low in range(0, place.size, chunk):
         part = slice(low, low + chunk)
-        chosen = weights[which[part]]
-        if share.any():
-            chosen += share[part, None] * (weights[which[part] + 1] - chosen)
-        found[part] = np.einsum("ij,ij->i", windows[first[part] + 1], chosen)
+        chosen = table[which[part]]
+        chosen += (phase - which)[part, None] * (table[which[part] + 1] - chosen)
+        found[part] = np.einsum("ij,ij->i", windows[first[part]], chosen)
     return found
 
 
