@@ -11,3 +11,4 @@ void bind_estimation_sweep(pybind11::module_& engine);
 void bind_airflow(pybind11::module_& engine);
 void bind_contact(pybind11::module_& engine);
 void bind_dynamics(pybind11::module_& engine);
+void bind_glottal_flow(pybind11::module_& engine);

@@ -22,6 +22,7 @@ from plica.camera.pose import Camera
 from plica.errors import CautionWarning, InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
 from plica.films import Film, film, write_film
 from plica.runs.build import build_simulation, equilibrium
+from plica.runs.flow_equilibrium import FlowEquilibrium, flow_equilibrium
 from plica.runs.reduce import reduce
 from plica.runs.results import Run
 from plica.runs.run import run
@@ -65,6 +66,8 @@ from plica.scene.scene import Scene
 from plica.scene.tissue import Tissue, TissueSide
 from plica.scene.tissue_presets import TISSUE_PRESETS
 from plica.scene.tubes import Trachea, Tract
+from plica.stability.modes import Eigenmodes, eigenmodes
+from plica.stability.onset import Onset, growth, onset
 from plica.uncertainty import estimate_uncertainty
 
 if TYPE_CHECKING:
@@ -88,9 +91,11 @@ __all__ = [
     "Contact",
     "Coupling",
     "Cut",
+    "Eigenmodes",
     "Elliptic",
     "Extrapolated",
     "Film",
+    "FlowEquilibrium",
     "FlowModel",
     "HilberHughesTaylor",
     "Initial",
@@ -105,6 +110,7 @@ __all__ = [
     "Multipliers",
     "Newmark",
     "Nitsche",
+    "Onset",
     "Output",
     "Penalty",
     "Reduction",
@@ -130,10 +136,14 @@ __all__ = [
     "build_info",
     "build_mesh",
     "build_simulation",
+    "eigenmodes",
     "equilibrium",
     "estimate_uncertainty",
     "film",
     "flow",
+    "flow_equilibrium",
+    "growth",
+    "onset",
     "reduce",
     "run",
     "set_threads",

@@ -37,6 +37,7 @@ class TransmissionLine {
 
  private:
   friend class LineStep;
+  friend struct LineSystem line_system(const TransmissionLine& line);
   std::ptrdiff_t nodes() const { return compliance_.size(); }
   std::ptrdiff_t elements() const { return inertance_.size(); }
 

@@ -220,7 +220,7 @@ def _lay_out_run(
     set_text(
         progress, "meaning", f"the same record twice; status: {_STATUS_TEXT}; waveforms: checksums by name"
     )
-    _store_mesh(file, mesh)
+    store_mesh(file, mesh)
     for name, values in sample.items():
         array = np.asarray(values)
         kind = np.dtype(np.int8) if array.dtype == bool else array.dtype
@@ -237,7 +237,8 @@ def _lay_out_run(
             lay_out(file, "fields/contact_pressure", (frames, nodes), np.float32, "Pa", np.nan)
 
 
-def _store_mesh(file: Any, mesh: _engine.TetMesh) -> None:
+def store_mesh(file: Any, mesh: _engine.TetMesh) -> None:
+    """Add a mesh to a file, as `Run.mesh` has it."""
     put(file, "mesh/points", mesh.points, "m")
     for name in ("cells", "cell_layer"):
         put(file, f"mesh/{name}", getattr(mesh, name))

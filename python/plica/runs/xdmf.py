@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -9,7 +10,7 @@ from plica.runs.progress_record import ProgressRecord
 from plica.storage.files import write_text
 from plica.storage.stored import Stored
 
-__all__ = ["write_xdmf"]
+__all__ = ["write_xdmf", "xdmf_text"]
 
 _TOPOLOGY = {4: "Tetrahedron", 10: "Tetrahedron_10"}
 
@@ -31,8 +32,37 @@ def write_xdmf(results: Path) -> Path | None:
         nodes, total = file.data("mesh/points").shape[0], file.data("fields/time").shape[0]
         cells, corners = file.data("mesh/cells").shape
         has_pressure = "fields/contact_pressure" in file
-    path = results.with_name("fields.xdmf")
-    source = quoteattr(results.name)[1:-1]
+    fields: list[tuple[str, str, tuple[int, ...]]] = [("displacement", "Vector", (nodes, 3))]
+    if has_pressure:
+        fields.append(("contact_pressure", "Scalar", (nodes,)))
+    text = xdmf_text(results.name, times, total, nodes, (cells, corners), fields)
+    return write_text(text, results.with_name("fields.xdmf"))
+
+
+def xdmf_text(
+    name: str,
+    times: Sequence[float],
+    stored: int,
+    nodes: int,
+    cells: tuple[int, int],
+    fields: Sequence[tuple[str, str, tuple[int, ...]]],
+) -> str:
+    """The index of frames in the HDF5 file of this name, which lies beside it.
+
+    Parameters
+    ----------
+    name : str
+    times : sequence of float
+        Of the frames.
+    stored : int
+        Number of rows of the fields, some of which may not be there yet.
+    nodes : int
+    cells : (number, nodes of each)
+    fields : sequence of (name, "Vector" or "Scalar", shape)
+        Nodal fields, in single precision under ``/fields``.
+    """
+    count, corners = cells
+    source = quoteattr(name)[1:-1]
     lines = [
         '<?xml version="1.0"?>',
         '<Xdmf Version="3.0"><Domain>',
@@ -41,27 +71,24 @@ def write_xdmf(results: Path) -> Path | None:
     for frame, time in enumerate(times):
         lines += [
             f'<Grid Name="frame {frame}"><Time Value="{time:.9g}"/>',
-            f'<Topology TopologyType="{_TOPOLOGY[corners]}" NumberOfElements="{cells}">',
-            f'<DataItem Dimensions="{cells} {corners}" NumberType="Int" Precision="4" Format="HDF">'
+            f'<Topology TopologyType="{_TOPOLOGY[corners]}" NumberOfElements="{count}">',
+            f'<DataItem Dimensions="{count} {corners}" NumberType="Int" Precision="4" Format="HDF">'
             f"{source}:/mesh/cells</DataItem></Topology>",
             '<Geometry GeometryType="XYZ">',
             f'<DataItem Dimensions="{nodes} 3" NumberType="Float" Precision="8" Format="HDF">'
             f"{source}:/mesh/points</DataItem></Geometry>",
-            *_attribute("displacement", "Vector", f"{source}:/fields/displacement", frame, total, (nodes, 3)),
         ]
-        if has_pressure:
-            data = f"{source}:/fields/contact_pressure"
-            lines += _attribute("contact_pressure", "Scalar", data, frame, total, (nodes,))
-        for name in ("cell_layer", "cell_side"):
+        for field, kind, shape in fields:
+            lines += _attribute(field, kind, f"{source}:/fields/{field}", frame, stored, shape)
+        for field in ("cell_layer", "cell_side"):
             lines += [
-                f'<Attribute Name="{name}" AttributeType="Scalar" Center="Cell">',
-                f'<DataItem Dimensions="{cells}" NumberType="Int" Precision="4" Format="HDF">'
-                f"{source}:/mesh/{name}</DataItem></Attribute>",
+                f'<Attribute Name="{field}" AttributeType="Scalar" Center="Cell">',
+                f'<DataItem Dimensions="{count}" NumberType="Int" Precision="4" Format="HDF">'
+                f"{source}:/mesh/{field}</DataItem></Attribute>",
             ]
         lines.append("</Grid>")
     lines.append("</Grid></Domain></Xdmf>")
-    text = "\n".join(lines) + "\n"
-    return write_text(text, path)
+    return "\n".join(lines) + "\n"
 
 
 def _attribute(name: str, kind: str, data: str, frame: int, frames: int, shape: tuple[int, ...]) -> list[str]:

@@ -1,0 +1,66 @@
+#include "plica/airflow/flow_tangent.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+namespace {
+
+constexpr double relative_step = 1e-6;
+
+/// Pressures above the supraglottal one; the last entry is the flow.
+Vector answers(const FlowState& state) {
+  Vector all(state.pressure.size() + 1);
+  all << (state.pressure.array() - state.supraglottal_pressure).matrix(), state.flow;
+  return all;
+}
+
+}  // namespace
+
+FlowTangent flow_tangent(const Airflow& airflow, const Vector& areas, const Air& air) {
+  const double drop = air.subglottal_pressure - air.supraglottal_pressure;
+  if (!(drop > 0)) throw InvalidInput("flow_tangent", "drop of pressure", drop, "Pa", "> 0");
+  if (air.impedance() != 0)
+    throw InvalidInput("flow_tangent", "impedance of the air", air.impedance(), "Pa s/m^3",
+                       "0: the pressures at the ends are given");
+  FlowTangent found;
+  found.state = airflow.evaluate(areas, air);
+  std::optional<int> separation;
+  if (airflow.stops_at_contact()) separation = found.state.separation;
+  const auto answer = [&](const Vector& a, const Air& driven) {
+    return answers(airflow.evaluate(a, driven, found.state.stopped, separation));
+  };
+  const Vector here = answers(found.state);
+  const std::ptrdiff_t count = areas.size();
+  const double least = areas.cwiseAbs().maxCoeff() * 1e-6;
+  found.pressure_by_area.resize(count, count);
+  found.flow_by_area.resize(count);
+  Vector moved = areas;
+  for (std::ptrdiff_t j = 0; j < count; ++j) {
+    const double step = relative_step * std::max(std::abs(areas[j]), least);
+    moved[j] = areas[j] + step;
+    const Vector more = answer(moved, air);
+    moved[j] = areas[j] - step;
+    const Vector less = answer(moved, air);
+    moved[j] = areas[j];
+    found.pressure_by_area.col(j) = (more - less).head(count) / (2 * step);
+    found.flow_by_area[j] = (more[count] - less[count]) / (2 * step);
+    const double bend = (more - 2 * here + less).head(count).cwiseAbs().maxCoeff();
+    found.kink = std::max(found.kink, bend / (relative_step * drop));
+  }
+  Air driven = air;
+  const double step = 1e-6 * drop;
+  driven.subglottal_pressure = air.subglottal_pressure + step;
+  const Vector more = answer(areas, driven);
+  driven.subglottal_pressure = air.subglottal_pressure - step;
+  const Vector less = answer(areas, driven);
+  found.pressure_by_drop = (more - less).head(count) / (2 * step);
+  found.flow_by_drop = (more[count] - less[count]) / (2 * step);
+  found.from_below = here.head(count) / drop;
+  return found;
+}
+
+}  // namespace plica

@@ -1,0 +1,159 @@
+#include "dynamics_state.hpp"
+#include "engine.hpp"
+#include "plica/airflow/flow_tangent.hpp"
+#include "plica/airflow/line_system.hpp"
+
+using namespace plica;
+using namespace plica::python;
+
+namespace {
+
+using Released = py::gil_scoped_release;
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// A tube of a scene, seen from the glottis.
+struct SeenTube {
+  LineSystem system;
+  double steady_resistance;
+};
+
+/// The airflow of a simulation by itself: through given areas, under given pressures at its ends.
+class GlottalFlow {
+ public:
+  explicit GlottalFlow(const SteppedSimulation& of)
+      : simulation_(of.simulation()), airflow_(of.simulation().airflow()) {
+    if (airflow_ == nullptr) throw InvalidInput("GlottalFlow: airflow is missing; must be in the scene.");
+  }
+
+  Air air(double below, double above) const {
+    Air air = airflow_->air(airflow_->options().rise);
+    air.subglottal_pressure = below;
+    air.supraglottal_pressure = above;
+    return air;
+  }
+  Vector to_vector(const RealArray& values, const char* name) const {
+    if (values.ndim() != 1) wrong_shape("GlottalFlow", name, values, "one-dimensional");
+    return Eigen::Map<const Vector>(values.data(), values.size());
+  }
+
+  /// (w, n): widths of the x of nodes.
+  SparseMatrix width_map() const {
+    const SectionAreas& areas = airflow_->section_areas();
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::ptrdiff_t width = 0; width < areas.width_count(); ++width)
+      for (const auto& [node, weight] : areas.terms(width))
+        entries.emplace_back(static_cast<int>(width), node, weight);
+    SparseMatrix map(areas.width_count(), simulation_.scene().mesh.node_count());
+    map.setFromTriplets(entries.begin(), entries.end());
+    return map;
+  }
+  Vector width_spacing() const {
+    const SectionAreas& areas = airflow_->section_areas();
+    Vector spacing(areas.width_count());
+    for (std::ptrdiff_t width = 0; width < spacing.size(); ++width) spacing[width] = areas.spacing(width);
+    return spacing;
+  }
+  /// (3 n, s + 2): loads of 1 Pa at each section, below the first, above the last.
+  SparseMatrix load_patterns() const {
+    const LoadPatterns& patterns = airflow_->load_patterns();
+    const Indices& nodes = airflow_->nodes();
+    const std::ptrdiff_t sections = patterns.sections.cols();
+    std::vector<Eigen::Triplet<double>> entries;
+    const auto add = [&](std::ptrdiff_t row, std::ptrdiff_t column, double value) {
+      if (value != 0)
+        entries.emplace_back(3 * nodes[row / 3] + static_cast<int>(row % 3), static_cast<int>(column), value);
+    };
+    for (std::ptrdiff_t row = 0; row < patterns.sections.rows(); ++row) {
+      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator at(patterns.sections, row); at; ++at)
+        add(row, at.col(), at.value());
+      add(row, sections, patterns.below[row]);
+      add(row, sections + 1, patterns.above[row]);
+    }
+    SparseMatrix map(3 * static_cast<std::ptrdiff_t>(simulation_.scene().mesh.node_count()), sections + 2);
+    map.setFromTriplets(entries.begin(), entries.end());
+    return map;
+  }
+  const Airflow& airflow() const { return *airflow_; }
+  std::optional<SeenTube> trachea() const { return seen(tubes().trachea, "Trachea"); }
+  std::optional<SeenTube> tract() const { return seen(tubes().tract, "Tract"); }
+
+ private:
+  const Tubes& tubes() const { return simulation_.scene().airflow->tubes; }
+  std::optional<SeenTube> seen(const std::optional<Tube>& tube, const char* where) const {
+    if (!tube) return std::nullopt;
+    const auto* slit = std::get_if<ViscousSlit>(&airflow_->options().model);
+    const Gas gas{airflow_->options().air_density, tubes().sound_speed,
+                  slit ? slit->air_viscosity : Gas{}.viscosity};
+    const TransmissionLine line(*tube, gas, where);
+    return SeenTube{line_system(line), line.steady_resistance()};
+  }
+
+  const Simulation& simulation_;
+  const Airflow* airflow_;
+};
+
+void bind_tangent(py::module_& engine) {
+  const auto give_member = [](auto member) {
+    return [member](py::object self) { return view(self.cast<FlowTangent&>().*member, self); };
+  };
+  const auto dense = [](auto member) {
+    return [member](const FlowTangent& self) { return give(RowMatrix(self.*member)); };
+  };
+  py::class_<FlowTangent>(engine, "FlowTangent")
+      .def_property_readonly("pressure",
+                             [](py::object self) { return view(self.cast<FlowTangent&>().state.pressure, self); })
+      .def_property_readonly("flow", [](const FlowTangent& self) { return self.state.flow; })
+      .def_property_readonly("separation", [](const FlowTangent& self) { return self.state.separation; })
+      .def_property_readonly("pressure_by_area", dense(&FlowTangent::pressure_by_area))
+      .def_property_readonly("pressure_by_drop", give_member(&FlowTangent::pressure_by_drop))
+      .def_property_readonly("flow_by_area", give_member(&FlowTangent::flow_by_area))
+      .def_readonly("flow_by_drop", &FlowTangent::flow_by_drop)
+      .def_property_readonly("from_below", give_member(&FlowTangent::from_below))
+      .def_readonly("kink", &FlowTangent::kink);
+  py::class_<SeenTube>(engine, "SeenTube")
+      .def_property_readonly("storage",
+                             [](py::object self) { return view(self.cast<SeenTube&>().system.storage, self); })
+      .def_property_readonly("rates", [](const SeenTube& self) { return give(RowMatrix(self.system.rates)); })
+      .def_readonly("steady_resistance", &SeenTube::steady_resistance);
+}
+
+}  // namespace
+
+void bind_glottal_flow(py::module_& engine) {
+  bind_tangent(engine);
+  py::class_<GlottalFlow>(engine, "GlottalFlow")
+      .def(py::init<const SteppedSimulation&>(), py::arg("simulation"), py::keep_alive<1, 2>())
+      .def("width_map", [](const GlottalFlow& self) { return give_csr(self.width_map()); })
+      .def("width_spacing", [](const GlottalFlow& self) { return give(self.width_spacing()); })
+      .def("load_patterns", [](const GlottalFlow& self) { return give_csr(self.load_patterns()); })
+      .def_property_readonly("height",
+                             [](const GlottalFlow& self) { return give(self.airflow().sections().height); })
+      .def_property_readonly(
+          "reference_load",
+          [](const GlottalFlow& self) {
+            return std::holds_alternative<Airflow::ReferenceShape>(self.airflow().options().load_shape);
+          })
+      .def(
+          "areas",
+          [](const GlottalFlow& self, const RealArray& widths) {
+            return give(self.airflow().section_areas().areas(self.to_vector(widths, "widths")));
+          },
+          py::arg("widths"))
+      .def(
+          "evaluate",
+          [](const GlottalFlow& self, const RealArray& areas, double below, double above) {
+            FlowState state = self.airflow().evaluate(self.to_vector(areas, "areas"), self.air(below, above));
+            return py::make_tuple(give(std::move(state.pressure)), state.flow);
+          },
+          py::arg("areas"), py::arg("below"), py::arg("above") = 0.0)
+      .def(
+          "tangent",
+          [](const GlottalFlow& self, const RealArray& areas, double below, double above) {
+            const Vector a = self.to_vector(areas, "areas");
+            const Released released;
+            return flow_tangent(self.airflow(), a, self.air(below, above));
+          },
+          py::arg("areas"), py::arg("below"), py::arg("above") = 0.0)
+      .def_property_readonly("trachea", &GlottalFlow::trachea)
+      .def_property_readonly("tract", &GlottalFlow::tract);
+}

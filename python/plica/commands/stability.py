@@ -1,0 +1,220 @@
+"""``plica eigenmodes`` and ``plica onset``: modes of the tissue, and the onset of phonation."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from plica.commands.arguments import add_command, add_threads, as_options
+from plica.commands.output import print_error
+
+if TYPE_CHECKING:
+    from plica.stability.modes import Eigenmodes
+    from plica.stability.onset import Onset
+
+__all__ = ["add_commands"]
+
+_MODES_HELP = """\
+Computes the modes of vibration of a scene's tissue without air and contact: frequency, damping ratio by the
+tissue's viscosity, residual, the mass that a shape of largest displacement 1 has, and whether it is its
+mirror image: even, or odd, where it is minus that. With a symmetry (half, quarter) modes are those of the
+scene's symmetric motions. With -o it writes
+
+  eigenmodes.csv, eigenmodes.json   the table
+  eigenmodes.h5, eigenmodes.xdmf    the shapes for ParaView; the time of a mode is its frequency
+
+examples:
+  plica eigenmodes voice.toml
+  plica eigenmodes voice.toml -o runs/modes --count 50
+  paraview runs/modes/eigenmodes.xdmf
+
+In Python: plica.eigenmodes.
+"""
+
+_ONSET_HELP = """\
+Finds the onset of phonation: the lowest subglottal pressure at which a small oscillation about the tissue's
+equilibrium with the airflow grows, its frequency, and the modes of the tissue that take part. Contact plays
+no part. The equilibrium is followed from low pressure; about it the motion is linear. The error by truncation
+is the difference to half the modes. With -o it writes
+
+  onset.json   onset, every pressure at which an oscillation begins to grow or ceases to, modes, remarks
+  growth.csv   growth and frequency of the least stable oscillations at each pressure, in SI
+  growth.svg   the same as a picture
+
+That there is no onset in the range is a result, too: the exit code is 0. docs/onset.md has the method, and
+how it compares with time steps.
+
+examples:
+  plica onset voice.toml
+  plica onset voice.toml --from "50 Pa" --to "2 kPa" -o runs/onset
+  plica onset voice.toml --at "0.8 kPa"       only the growth of oscillations at this pressure
+  plica onset voice.toml --zeta 0.06          every mode damped alike, instead of by the tissue's viscosity
+
+In Python: plica.onset, plica.growth, plica.flow_equilibrium.
+"""
+
+
+def add_commands(commands: Any) -> None:
+    """Add both to the commands of ``plica``."""
+    part = add_command(commands, "eigenmodes", _eigenmodes, "modes of vibration of a scene", _MODES_HELP)
+    part.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
+    part.add_argument("-o", "--output", dest="directory", metavar="DIR", type=Path, help="write files there")
+    part.add_argument("--count", metavar="N", type=int, default=20, help="default: 20")
+    _common(part)
+    part = add_command(commands, "onset", _onset, "onset pressure and frequency of phonation", _ONSET_HELP)
+    part.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
+    part.add_argument("-o", "--output", dest="directory", metavar="DIR", type=Path, help="write files there")
+    part.add_argument("--from", dest="start", metavar="P", type=_pressure, help="default: --to / 100")
+    part.add_argument("--to", dest="stop", metavar="P", type=_pressure, help="default: 3 kPa")
+    part.add_argument("--at", metavar="P", type=_pressure, help="only the growth at this pressure")
+    part.add_argument("--modes", metavar="N", type=int, help="of the tissue (default: 100)")
+    part.add_argument("--zeta", metavar="R", type=float, help="damping ratio of every mode")
+    part.add_argument("--loss-factor", metavar="R", type=float, help="of a constant, complex stiffness")
+    _common(part)
+
+
+def _common(part: argparse.ArgumentParser) -> None:
+    part.add_argument("--overwrite", action="store_true", help="replace existing files")
+    add_threads(part)
+    part.add_argument("--quiet", action="store_true", help="print nothing but errors")
+
+
+def _pressure(text: str) -> float | str:
+    """A number in Pa, or a number with a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _prepared(directory: Path | None, names: tuple[str, ...], overwrite: bool) -> None:
+    """Make the directory, in which none of these files may be lost."""
+    from plica.storage.files import refuse_overwriting, storage_errors
+
+    if directory is None:
+        return
+    refuse_overwriting([directory / name for name in names], overwrite)
+    with storage_errors(directory):
+        directory.mkdir(parents=True, exist_ok=True)
+
+
+def _eigenmodes(options: argparse.Namespace) -> int:
+    import plica
+    from plica.scene.mesh.build import build_mesh
+    from plica.stability.files import MODE_FILES, write_modes
+    from plica.stability.modes import eigenmodes
+
+    scene = plica.Scene.load(options.scene)
+    plica.set_threads(options.threads)
+    _prepared(options.directory, MODE_FILES, options.overwrite)
+    mesh = build_mesh(scene.mesh, scene.source)
+    with as_options(("eigenmodes",), {}):
+        found = eigenmodes(scene, options.count, mesh)
+    if options.directory is not None:
+        write_modes(found, mesh, options.directory)
+    if not options.quiet:
+        print(_modes_table(found))
+        if options.directory is not None:
+            print(f"\nwritten: {', '.join(str(options.directory / name) for name in MODE_FILES)}")
+    return 0
+
+
+def _modes_table(found: Eigenmodes) -> str:
+    lines = [
+        f"{'mode':>4}  {'Hz':>9}  {'damping':>8}  {'mass (g)':>9}  {'residual':>8}  left-right  front-back"
+    ]
+    for k, frequency in enumerate(found.frequency):
+        mass = 1e3 * found.modal_mass[k]
+        lines.append(
+            f"{k + 1:>4}  {frequency:>9.4f}  {found.damping_ratio[k]:>8.4f}  {mass:>9.4g}"
+            f"  {found.residual[k]:>8.1e}  {found.left_right[k] or '-':<10}  {found.front_back[k] or '-'}"
+        )
+    return "\n".join(lines)
+
+
+def _onset(options: argparse.Namespace) -> int:
+    import plica
+    from plica.stability.files import ONSET_FILES, write_onset
+    from plica.stability.onset import growth, onset
+
+    scene = plica.Scene.load(options.scene)
+    plica.set_threads(options.threads)
+    names = {"start": "--from", "stop": "--to", "pressure": "--at", "modes": "--modes"}
+    given = {
+        name: value
+        for name in ("modes", "zeta", "loss_factor")
+        if (value := getattr(options, name)) is not None
+    }
+    if options.at is not None:
+        _refuse_with_at(options)
+        with as_options(("onset",), names):
+            pairs = growth(scene, options.at, **given)
+        print(_pairs_table(pairs))
+        return 0
+    _prepared(options.directory, ONSET_FILES, options.overwrite)
+    given |= {name: value for name in ("start", "stop") if (value := getattr(options, name)) is not None}
+    with as_options(("onset",), names):
+        found = onset(scene, **given)
+    if options.directory is not None:
+        write_onset(found, options.directory)
+    if not options.quiet:
+        print(_onset_text(found))
+        if options.directory is not None:
+            print(f"\nwritten: {', '.join(str(options.directory / name) for name in ONSET_FILES)}")
+    if found.remarks:
+        print_error("\n".join(f"Caution: {remark}" for remark in found.remarks), 0)
+    return 0
+
+
+def _refuse_with_at(options: argparse.Namespace) -> None:
+    from plica.errors import InvalidInput
+
+    for name, value in (("--from", options.start), ("--to", options.stop), ("-o", options.directory)):
+        if value is not None:
+            raise InvalidInput(f"{name} = {value} with --at; must be left out: it is one pressure, printed.")
+
+
+def _pairs_table(pairs: Any) -> str:
+    lines = [f"{'growth (1/s)':>12}  {'frequency (Hz)':>14}  {'damping ratio':>13}"]
+    for s in pairs[:10]:
+        lines.append(f"{s.real:>12.4f}  {s.imag / (2 * np.pi):>14.4f}  {-s.real / abs(s):>13.5f}")
+    return "\n".join(lines)
+
+
+def _onset_text(found: Onset) -> str:
+    low, high = found.pressure[0], found.pressure[-1]
+    lines = []
+    first = found.first
+    if first is None:
+        best = int(np.argmax(found.least_stable.real))
+        nearest = found.least_stable[best]
+        lines.append(
+            f"no onset from {low:.4g} to {high:.5g} Pa: the least stable oscillation, "
+            f"{nearest.imag / (2 * np.pi):.4g} Hz at {found.pressure[best]:.4g} Pa, "
+            f"{'grows' if nearest.real > 0 else 'decays'} by {abs(nearest.real):.3g} 1/s"
+        )
+    else:
+        lines.append(f"onset        {first.pressure:.5g} Pa{_error(found.pressure_error, 'Pa')}")
+        lines.append(f"frequency    {first.frequency:.5g} Hz{_error(found.frequency_error, 'Hz')}")
+        lines.append(f"growth       rises by {first.slope:.3g} 1/s a Pa there")
+        shares = [
+            f"{one.frequency:.4g} Hz (mode {one.mode}) {100 * one.share:.0f} %"
+            for one in found.participation
+            if one.mode
+        ]
+        lines.append(f"modes        {', '.join(shares[:4])}")
+        for one in found.crossings:
+            if one is not first:
+                what = "grows" if one.grows_above else "decays"
+                lines.append(f"further      above {one.pressure:.5g} Pa it {what} ({one.frequency:.4g} Hz)")
+    lines.append(f"damping      {found.damping}")
+    if found.end:
+        lines.append(f"ends         {found.end}")
+    return "\n".join(lines)
+
+
+def _error(error: float | None, unit: str) -> str:
+    return "" if error is None else f"   (half the modes: {error:.2g} {unit} off)"

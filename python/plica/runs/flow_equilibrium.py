@@ -1,0 +1,329 @@
+"""Where the airflow holds the tissue still: the static equilibrium under a steady flow, by Newton's method.
+
+The unknowns are the pressures of the sections and those at both ends; what these move is known beforehand.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput, SolveFailed
+from plica.runs.build import build_simulation, equilibrium
+from plica.scene.mesh.build import build_mesh
+from plica.scene.scene import Scene
+from plica.units import quantity
+
+__all__ = ["EquilibriumBranch", "FlowEquilibrium", "flow_equilibrium"]
+
+Floats = NDArray[np.float64]
+
+_TOLERANCE = 1e-11  # of the subglottal pressure; by which no section may differ from its flow's
+_STEPS = 40  # of Newton's method; the flow has kinks
+_PARTS = 8  # of the pressure, the first time; each as long as the last went well, or half as long
+_LEAST_PART = 1e-4  # of the pressure: below, there is no equilibrium further on
+_TUBE_MESH = 1e-9  # Pa, a drop that drives no flow
+
+
+@dataclass(frozen=True)
+class FlowEquilibrium:
+    """Tissue at rest under a steady flow, its loads and gravity."""
+
+    subglottal_pressure: float
+    """[Pa] That drives the flow: behind the trachea, if there is one."""
+    displacement: Floats
+    """(n, 3) m"""
+    pressure: Floats
+    """(s + 2) Pa: of the sections, below the first, above the last."""
+    area: Floats
+    """(s) m^2"""
+    flow: float
+    """[m^3/s]"""
+    open_widths: NDArray[np.bool_]
+    """(w) The widths that areas are made of and that are not overlap."""
+    tangent: Any
+    """How the flow answers to small changes, of the engine: ``pressure_by_area``, ``kink`` and others."""
+    residual: float
+    """[-] Largest difference of a pressure from that of its flow, in subglottal pressures."""
+    iterations: int
+
+
+class EquilibriumBranch:
+    """Equilibria of a scene under rising pressure, beginning with the tissue at rest without flow.
+
+    Parameters
+    ----------
+    scene : Scene
+        It must have an airflow whose load acts on the surface at rest, and no load that varies.
+    mesh : TetMesh, optional
+        The scene's mesh, if it is already built.
+    simulation : Simulation, optional
+        Of the scene without reduction and symmetry, if it is already built.
+
+    Raises
+    ------
+    InvalidInput
+        If the scene is none of these, its supports allow a rigid motion, or its folds overlap at rest.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        mesh: _engine.TetMesh | None = None,
+        simulation: _engine.Simulation | None = None,
+    ) -> None:
+        _require(scene)
+        mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+        if simulation is None:
+            simulation = build_simulation(scene.replace({"reduction": None, "symmetry": None}), mesh)
+        from scipy.sparse import csr_array
+
+        self.flow = _engine.GlottalFlow(simulation)
+        self._points = np.asarray(mesh.points)
+        self.at_rest = np.zeros_like(self._points)
+        if scene.gravity is not None or scene.loads:
+            self.at_rest = equilibrium(scene)
+        try:
+            solver = _engine.StaticSolver(simulation)
+        except SolveFailed:
+            raise InvalidInput(
+                "supports: a rigid motion is possible; must be held for an equilibrium with the flow."
+            ) from None
+        self._height = np.asarray(self.flow.height)
+        self._spacing = np.asarray(self.flow.width_spacing())
+        self.patterns = csr_array(self.flow.load_patterns(), shape=(self._points.size, self.pressures))
+        """(3 n, s + 2) m^2: loads of unit pressures."""
+        self.responses: Floats = np.asarray(solver.solve(np.asfortranarray(self.patterns.toarray())))
+        """(3 n, s + 2) m/Pa: what the pressures move."""
+        self.width_map = csr_array(self.flow.width_map(), shape=(len(self._spacing), len(self._points)))
+        """(w, n): widths of the x of nodes."""
+        self.rest_widths = self.width_map @ (self._points + self.at_rest)[:, 0]
+        self.width_responses = self.width_map @ self.responses[0::3]
+        self._resistances = tuple(
+            0.0 if tube is None else tube.steady_resistance for tube in (self.flow.trachea, self.flow.tract)
+        )
+        self._known: list[FlowEquilibrium] = []
+        self._compliance: tuple[bytes, Floats] | None = None
+        self._refuse_overlap(self.rest_widths, "at rest", InvalidInput)
+
+    @property
+    def pressures(self) -> int:
+        """Number of pressures: of the sections, below the first, above the last."""
+        return len(self._height) + 2
+
+    def summed(self, widths: Floats, open_widths: NDArray[np.bool_]) -> Floats:
+        """(s, k) m^2: what widths (w, k) add to the areas, those of overlap (w) left out."""
+        stations = len(self._spacing) // len(self._height)
+        weighted = widths * (self._spacing * open_widths)[:, None]
+        found: Floats = weighted.reshape(len(self._height), stations, -1).sum(axis=1)
+        return found
+
+    def at(self, pressure: float) -> FlowEquilibrium:
+        """The equilibrium of the branch under this subglottal pressure (Pa).
+
+        Raises
+        ------
+        SolveFailed
+            If the branch ends before, or its folds touch there; the message has the pressure of its end.
+        """
+        place = bisect_left([one.subglottal_pressure for one in self._known], pressure)
+        if place < len(self._known) and self._known[place].subglottal_pressure == pressure:
+            return self._known[place]
+        found = None
+        if place > 0:
+            found = self._newton(pressure, self._guess(pressure, place))
+        if found is None:
+            found = self._continued(pressure, place)
+        self._known.insert(bisect_left([one.subglottal_pressure for one in self._known], pressure), found)
+        return found
+
+    def _guess(self, pressure: float, place: int) -> Floats:
+        """Pressures (s + 2) from the known equilibria below and beside, linear in the pressure."""
+        below = self._known[place - 1]
+        other = self._known[place] if place < len(self._known) else None
+        if other is None and place > 1:
+            other = self._known[place - 2]
+        if other is None:
+            return below.pressure * (pressure / below.subglottal_pressure)
+        part = (pressure - below.subglottal_pressure) / (
+            other.subglottal_pressure - below.subglottal_pressure
+        )
+        guess: Floats = below.pressure + part * (other.pressure - below.pressure)
+        return guess
+
+    def _continued(self, pressure: float, place: int) -> FlowEquilibrium:
+        """From the known equilibrium below, or from rest, in steps that get shorter where they must."""
+        last = self._known[place - 1] if place > 0 else None
+        reached = 0.0 if last is None else last.subglottal_pressure
+        step = (pressure - reached) / _PARTS
+        while True:
+            if step < _LEAST_PART * pressure:
+                raise SolveFailed(self._no_further(pressure, reached, last))
+            aim = min(reached + step, pressure)
+            if pressure - aim < 0.5 * _LEAST_PART * pressure:
+                aim = pressure
+            guess = self._first_guess(aim) if last is None else last.pressure * (aim / reached)
+            found = self._newton(aim, guess)
+            if found is None:
+                step *= 0.5
+                continue
+            if aim == pressure:
+                return found
+            reached, last, step = aim, found, 1.5 * step
+
+    def _first_guess(self, pressure: float) -> Floats:
+        """Pressures (s + 2) of the flow through the glottis at rest."""
+        areas = np.asarray(self.flow.areas(self.rest_widths))
+        found, _ = self.flow.evaluate(areas, pressure, 0.0)
+        return np.concatenate((found, (pressure, 0.0)))
+
+    def _newton(self, pressure: float, guess: Floats) -> FlowEquilibrium | None:
+        """The equilibrium that Newton's method leads to from these pressures, or None."""
+        y, size = guess, np.inf
+        count = len(self._height)
+        for iteration in range(_STEPS + 1):
+            if not y[-2] - y[-1] > _TUBE_MESH:
+                return None
+            widths = self.rest_widths + self.width_responses @ y
+            area = np.asarray(self.flow.areas(widths))
+            tangent = self.flow.tangent(area, y[-2], y[-1])
+            residual = y - self._given_by(tangent, pressure)
+            size = float(np.abs(residual).max()) / pressure
+            if size <= _TOLERANCE:
+                return self._found(pressure, y, widths, area, tangent, size, iteration)
+            if not np.isfinite(size) or iteration == _STEPS:
+                return None
+            jacobian = np.eye(count + 2) - self._slope(tangent, self._area_compliance(widths > 0))
+            try:
+                step: Floats = np.linalg.solve(jacobian, -residual)
+            except np.linalg.LinAlgError:
+                return None
+            y = self._shortened(y, step, size, pressure)
+        return None
+
+    def _given_by(self, tangent: Any, pressure: float) -> Floats:
+        """(s + 2) Pa: the pressures that this flow makes, under this subglottal pressure."""
+        trachea, tract = self._resistances
+        ends = (pressure - trachea * tangent.flow, tract * tangent.flow)
+        return np.concatenate((tangent.pressure, ends))
+
+    def _slope(self, tangent: Any, compliance: Floats) -> Floats:
+        """(s + 2, s + 2): by how much the pressures that the flow makes change with those that act."""
+        drop = np.zeros(compliance.shape[1])
+        drop[-2:] = 1.0, -1.0
+        of_sections = tangent.pressure_by_area @ compliance + np.outer(tangent.pressure_by_drop, drop)
+        of_sections[:, -1] += 1.0
+        of_flow = tangent.flow_by_area @ compliance + tangent.flow_by_drop * drop
+        trachea, tract = self._resistances
+        return np.vstack((of_sections, -trachea * of_flow, tract * of_flow))
+
+    def _shortened(self, y: Floats, step: Floats, size: float, pressure: float) -> Floats:
+        """Where a step leads, or the part of it that makes the residual smaller."""
+        part = 1.0
+        for _ in range(6):
+            trial = y + part * step
+            if trial[-2] - trial[-1] > _TUBE_MESH:
+                widths = self.rest_widths + self.width_responses @ trial
+                area = np.asarray(self.flow.areas(widths))
+                found, flow = self.flow.evaluate(area, trial[-2], trial[-1])
+                ends = (pressure - self._resistances[0] * flow, self._resistances[1] * flow)
+                if np.abs(trial - np.concatenate((found, ends))).max() < size * pressure:
+                    return trial
+            part *= 0.5
+        return y + part * step  # across a kink of the flow the residual may grow
+
+    def _area_compliance(self, open_widths: NDArray[np.bool_]) -> Floats:
+        """(s, s + 2) m^2/Pa: what the pressures add to the areas."""
+        key = open_widths.tobytes()
+        if self._compliance is None or self._compliance[0] != key:
+            self._compliance = key, self.summed(self.width_responses, open_widths)
+        return self._compliance[1]
+
+    def _found(
+        self, pressure: float, y: Floats, widths: Floats, area: Floats, tangent: Any, size: float, count: int
+    ) -> FlowEquilibrium:
+        self._refuse_overlap(widths, f"under {pressure:.6g} Pa", SolveFailed)
+        moved = self.at_rest + (self.responses @ y).reshape(-1, 3)
+        return FlowEquilibrium(pressure, moved, y, area, tangent.flow, widths > 0, tangent, size, count)
+
+    def _refuse_overlap(self, widths: Floats, when: str, kind: type[Exception]) -> None:
+        """Raise where the folds touch or overlap: contact is no part of this equilibrium."""
+        worst = int(np.argmin(widths))
+        if widths[worst] > 0:
+            return
+        section = worst // (len(widths) // len(self._height))
+        raise kind(
+            f"Equilibrium with the flow: width of the glottis {when} = {1e3 * widths[worst]:.3g} mm at "
+            f"z = {1e3 * self._height[section]:.4g} mm; must be > 0: contact is no part of it. Take a wider "
+            "glottis" + (", or a lower pressure." if kind is SolveFailed else ".")
+        )
+
+    def _no_further(self, pressure: float, reached: float, last: FlowEquilibrium | None) -> str:
+        text = f"Equilibrium with the flow: none found under {pressure:.6g} Pa; "
+        if last is None:
+            return text + "Newton's method does not converge from rest. Take a wider glottis."
+        section = int(np.argmin(last.area))
+        return (
+            f"{text}the one that begins at rest ends at {reached:.6g} Pa, with an area of "
+            f"{1e6 * last.area[section]:.3g} mm^2 at z = {1e3 * self._height[section]:.4g} mm. Take a lower "
+            "pressure, a wider glottis or stiffer tissue."
+        )
+
+
+def flow_equilibrium(
+    scene: Scene, pressure: float | str | None = None, mesh: _engine.TetMesh | None = None
+) -> FlowEquilibrium:
+    """Tissue at rest under the steady flow through it, K u = f + B p(A u), without contact.
+
+    Parameters
+    ----------
+    scene : Scene
+        With an airflow whose load acts on the surface at rest; loads must be constant. Contact, initial
+        values, reduction, symmetry and the pressure's rise are ignored.
+    pressure : float or str, optional
+        [Pa] Instead of the scene's subglottal pressure.
+    mesh : TetMesh, optional
+        The scene's mesh, if it is already built.
+
+    Returns
+    -------
+    FlowEquilibrium
+        That of the branch that begins with the tissue at rest without flow, followed as the pressure rises.
+
+    Raises
+    ------
+    InvalidInput
+        If the scene is none of these, or its folds overlap at rest.
+    SolveFailed
+        If the branch ends below this pressure, or the folds touch there.
+    """
+    _require(scene)
+    assert scene.airflow is not None
+    wanted = scene.airflow.subglottal_pressure
+    if pressure is not None:
+        wanted = quantity("flow_equilibrium", "pressure", pressure, "Pa", 1e-3, 1e6)
+    return EquilibriumBranch(scene, mesh).at(wanted)
+
+
+def _require(scene: Scene) -> None:
+    """Raise for a scene that has no equilibrium with a flow of this kind."""
+    if scene.airflow is None:
+        raise InvalidInput(
+            f"{scene.source}: airflow is missing; must be there for an equilibrium with the flow. Add a "
+            "table [airflow]; plica.equilibrium is that under gravity and loads."
+        )
+    if scene.airflow.load_shape != "reference":
+        raise InvalidInput(
+            f'{scene.source}: airflow.load_shape = "{scene.airflow.load_shape}"; must be "reference", whose '
+            "load is linear in the pressures."
+        )
+    for k, load in enumerate(scene.loads):
+        if load.frequency > 0:
+            raise InvalidInput(
+                f"{scene.source}: loads[{k}].frequency = {load.frequency:g} Hz; must be 0 for an equilibrium."
+            )

@@ -1,0 +1,245 @@
+"""Small oscillations of tissue about its equilibrium with the airflow: a linear system, its eigenvalues."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput
+from plica.runs.build import build_simulation, fixed_components
+from plica.runs.flow_equilibrium import EquilibriumBranch, FlowEquilibrium
+from plica.scene.mesh.build import build_mesh
+from plica.scene.scene import Scene
+from plica.scene.symmetry import symmetry_planes
+from plica.stability.modes import NodalMatrices, basis_of, ritz, whole_tissue
+from plica.units import number
+
+__all__ = ["Damping", "SmallMotion", "Spectrum"]
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+_SLOWEST = 1.0  # Hz, of what counts as an oscillation
+MODES, _MOST_MODES = 100, 1000
+
+
+@dataclass(frozen=True)
+class Damping:
+    """How the tissue is damped in the linear analysis: by its viscosity, or by one of these instead."""
+
+    ratio: float | None = None
+    """[-] Of critical, of every mode."""
+    loss_factor: float | None = None
+    """[-] The stiffness is K (1 + i loss_factor), whatever the frequency: twice the damping ratio."""
+
+    def __post_init__(self) -> None:
+        for name, value in (("zeta", self.ratio), ("loss_factor", self.loss_factor)):
+            if value is not None:
+                number("onset", name, value, 0.0, 1.0, "")
+        if self.ratio is not None and self.loss_factor is not None:
+            raise InvalidInput(
+                f"onset: zeta = {self.ratio:g} with loss_factor = {self.loss_factor:g}; must be one of them."
+            )
+
+    @property
+    def description(self) -> str:
+        """In words."""
+        if self.ratio is not None:
+            return f"damping ratio {self.ratio:g} of every mode"
+        if self.loss_factor is not None:
+            return f"loss factor {self.loss_factor:g}"
+        return "viscosity of the tissue"
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Eigenvalues s of small oscillations, exp(s t), about an equilibrium."""
+
+    equilibrium: FlowEquilibrium
+    pairs: Complex
+    """(k) 1/s, one of each pair, Im > 0, the least stable first."""
+    fastest: float
+    """[1/s] The largest real eigenvalue; -inf without any. Above 0 the equilibrium is left without
+    oscillation."""
+    vectors: Complex | None = None
+    """(coordinates, k) of the tissue, phi^T M phi = 1."""
+
+    @property
+    def growth(self) -> float:
+        """[1/s] Of the least stable oscillation; -inf without any."""
+        return float(self.pairs[0].real) if len(self.pairs) else -np.inf
+
+    @property
+    def frequency(self) -> float:
+        """[Hz] Of the least stable oscillation."""
+        return float(self.pairs[0].imag) / (2 * np.pi) if len(self.pairs) else np.nan
+
+
+class SmallMotion:
+    """Tissue in the span of its lowest modes and of static responses to the pressures of the sections.
+
+    Parameters
+    ----------
+    scene : Scene
+        With an airflow; as of `plica.flow_equilibrium`. With a symmetry motions are symmetric.
+    modes : int, optional
+        Number of modes. Default: 100, or as many as the mesh has.
+    damping : Damping, optional
+    mesh : TetMesh, optional
+        The scene's mesh, if it is already built.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        modes: int | None = None,
+        damping: Damping | None = None,
+        mesh: _engine.TetMesh | None = None,
+    ) -> None:
+        from plica.runs.basis import reduction_basis
+
+        if modes is not None:
+            number("onset", "modes", modes, 1, _MOST_MODES, "")
+        mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+        fixed = fixed_components(scene, mesh)
+        simulation = build_simulation(whole_tissue(scene), mesh)
+        self.branch = EquilibriumBranch(scene, mesh, simulation)
+        assert scene.airflow is not None
+        if modes is None:
+            modes = min(MODES, int((~fixed).sum()) // 2 ** (1 + symmetry_planes(scene.symmetry)))
+        with basis_of(scene, "onset", "modes"):
+            basis = reduction_basis(
+                simulation,
+                mesh,
+                fixed,
+                modes=modes,
+                surface=scene.airflow.surface,
+                symmetry=scene.symmetry,
+            )
+        matrices = NodalMatrices(simulation, fixed)
+        squares, shapes = ritz(matrices, basis)
+        self.scene, self.mesh, self.shapes = scene, mesh, shapes
+        self.modes = modes
+        """Number of coordinates that are modes; the others complete the responses to pressures."""
+        self.damping = Damping() if damping is None else damping
+        self.squares = squares
+        """(r) 1/s^2, ascending."""
+        self.viscosity: Floats = np.zeros((len(squares), len(squares)))
+        """(r, r) 1/s"""
+        if matrices.viscosity is not None:
+            self.viscosity = shapes.T @ (matrices.viscosity @ shapes)
+        self.loads: Floats = self.branch.patterns.T @ shapes
+        """(s + 2, r) m^2/kg^(1/2): unit pressures on the coordinates; what their rates displace."""
+        self.widths: Floats = self.branch.width_map @ shapes[0::3]
+        """(w, r) m/kg^(1/2)"""
+        self._basis = shapes.T @ (matrices.mass @ basis)
+        self.trachea, self.tract = self.branch.flow.trachea, self.branch.flow.tract
+        if self.damping == Damping() and not self.viscosity.any():
+            raise InvalidInput(
+                f"{scene.source}: no tissue has a viscosity; must be damped: without damping any flow that "
+                "feeds an oscillation makes it grow. Add viscosity to it, or give zeta or loss_factor."
+            )
+
+    def with_modes(self, modes: int) -> Self:
+        """The same with fewer modes."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        kept = np.concatenate((self._basis[:, :modes], self._basis[:, self.modes :]), axis=1)
+        axes, sizes, _ = np.linalg.svd(kept, full_matrices=False)
+        axes = axes[:, sizes > 1e-7 * sizes[0]]
+        other.squares, turned = np.linalg.eigh(axes.T @ (self.squares[:, None] * axes))
+        turned = axes @ turned
+        other.viscosity = turned.T @ self.viscosity @ turned
+        other.loads, other.widths = self.loads @ turned, self.widths @ turned
+        other.shapes = self.shapes @ turned
+        other.modes = modes
+        return other
+
+    @property
+    def frequencies(self) -> Floats:
+        """(r) Hz, without air."""
+        return np.sqrt(self.squares) / (2 * np.pi)
+
+    def spectrum(self, pressure: float, vectors: bool = False) -> Spectrum:
+        """Eigenvalues about the equilibrium under this subglottal pressure (Pa).
+
+        Raises
+        ------
+        SolveFailed
+            If there is no equilibrium of the branch under this pressure.
+        """
+        rest = self.branch.at(pressure)
+        matrix = self.matrix(rest)
+        if vectors:
+            values, found = np.linalg.eig(matrix)
+        else:
+            values, found = np.linalg.eigvals(matrix), None
+        values = np.asarray(values, dtype=complex)
+        swinging = np.flatnonzero(values.imag > 2 * np.pi * _SLOWEST)
+        swinging = swinging[np.argsort(-values.real[swinging], kind="stable")]
+        still = values.real[np.abs(values.imag) <= 2 * np.pi * _SLOWEST]
+        shapes = None if found is None else np.asarray(found[: len(self.squares), swinging], dtype=complex)
+        return Spectrum(rest, values[swinging], float(still.max(initial=-np.inf)), shapes)
+
+    def matrix(self, rest: FlowEquilibrium) -> NDArray[Any]:
+        """(m, m) of z' = A z: z are coordinates, their rates, and the states of the tubes."""
+        r = len(self.squares)
+        air = _Air(self, rest)
+        stiffness = np.diag(self.squares).astype(complex if self.damping.loss_factor else float)
+        if self.damping.loss_factor:
+            stiffness *= 1 + 1j * self.damping.loss_factor
+        tubes = [(tube, sign) for tube, sign in ((self.trachea, -1), (self.tract, 1)) if tube is not None]
+        size = 2 * r + sum(len(tube.storage) for tube, _ in tubes)
+        A = np.zeros((size, size), dtype=stiffness.dtype)
+        A[:r, r : 2 * r] = np.eye(r)
+        A[r : 2 * r, :r] = air.force_by_motion - stiffness
+        A[r : 2 * r, r : 2 * r] = -self._damping_matrix()
+        first = {}
+        at = 2 * r
+        for tube, sign in tubes:
+            first[sign] = at
+            at += len(tube.storage)
+        for sign, column in first.items():  # what the pressure at a tube's end does to the tissue
+            A[r : 2 * r, column] = air.force_by_end[sign]
+        for tube, sign in tubes:
+            row, own = first[sign], slice(first[sign], first[sign] + len(tube.storage))
+            storage = np.asarray(tube.storage)
+            A[own, own] = np.asarray(tube.rates) / storage[:, None]
+            into = np.zeros(size, dtype=A.dtype)  # of the flow into the tube
+            into[:r], into[r : 2 * r] = air.flow_by_motion, air.flow_by_rates[sign]
+            for other, column in first.items():
+                into[column] += air.flow_by_end[other]
+            A[row] += sign * into / storage[0]
+        return A
+
+    def _damping_matrix(self) -> Floats:
+        if self.damping.loss_factor is not None:
+            return np.zeros_like(self.viscosity)
+        if self.damping.ratio is not None:
+            return np.diag(2 * self.damping.ratio * np.sqrt(self.squares))
+        return self.viscosity
+
+
+class _Air:
+    """What the flow does in small oscillations; keys of the ends: -1 below, 1 above."""
+
+    def __init__(self, motion: SmallMotion, rest: FlowEquilibrium) -> None:
+        tangent = rest.tangent
+        areas = motion.branch.summed(motion.widths, rest.open_widths)  # (s, r)
+        of_sections, of_below, of_above = motion.loads[:-2], motion.loads[-2], motion.loads[-1]
+        by_drop, shares = np.asarray(tangent.pressure_by_drop), np.asarray(tangent.from_below)
+        self.force_by_motion = of_sections.T @ (np.asarray(tangent.pressure_by_area) @ areas)
+        self.force_by_end = {
+            -1: of_below + of_sections.T @ by_drop,
+            1: of_above + of_sections.T @ (1 - by_drop),
+        }
+        self.flow_by_motion = np.asarray(tangent.flow_by_area) @ areas
+        self.flow_by_end = {-1: tangent.flow_by_drop, 1: -tangent.flow_by_drop}
+        self.flow_by_rates = {
+            -1: of_below + shares @ of_sections,
+            1: -of_above - (1 - shares) @ of_sections,
+        }

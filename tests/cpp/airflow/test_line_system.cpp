@@ -1,0 +1,86 @@
+// A tube as a linear system, against its steps in time and closed forms.
+#include <doctest/doctest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <cmath>
+#include <complex>
+
+#include "../approx.hpp"
+#include "plica/airflow/line_system.hpp"
+#include "plica/core/constants.hpp"
+
+using namespace plica;
+
+namespace {
+
+constexpr Gas gas{1.2, 350.0, 1.8e-5};
+
+Tube tube_of(int end, bool yields) {
+  Tube tube{{0.02, 0.05, 0.1}, {1e-4, 4e-4, 2e-4}, Radiation{}, {}, 1000.0};
+  if (end == 1) tube.end = PressureSupply{1.0, 0.0};
+  if (end == 2) tube.end = PressureSupply{0.3, 1e-5};
+  if (end == 3) tube.end = FlowSupply{2e-5};
+  if (yields) tube.wall = YieldingWall{};
+  return tube;
+}
+
+}  // namespace
+
+TEST_CASE("the midpoint rule on the system is a substep of the line") {
+  for (const int end : {0, 2, 3})
+    for (const bool yields : {false, true}) {
+      CAPTURE(end);
+      const TransmissionLine line(tube_of(end, yields), gas, "tube", 0.01);
+      const LineSystem system = line_system(line);
+      REQUIRE(system.storage.size() == line.size());
+      const double h = 5e-6, flow = 2e-4, flow_then = 3e-4;
+      Vector x = line.steady(1e-4, 0.0);
+      for (std::ptrdiff_t k = 0; k < x.size(); ++k) x[k] *= 1 + 0.3 * std::sin(1.7 * static_cast<double>(k));
+      LineStep step(line, h, h);
+      step.begin(x, flow, 0.0, 0.0);
+      const Vector expected = step.end(flow_then);
+      const Eigen::MatrixXd E = system.storage.asDiagonal(), &A = system.rates;
+      Vector right = (E + 0.5 * h * A) * x;
+      right[0] += h * 0.5 * (flow + flow_then);
+      const Vector found = (E - 0.5 * h * A).partialPivLu().solve(right);
+      for (std::ptrdiff_t k = 0; k < x.size(); ++k)
+        CHECK(std::abs(found[k] - expected[k]) <= 1e-11 * std::abs(expected[k]) + 1e-16);
+      CHECK(0.5 * x.dot(system.storage.cwiseProduct(x)) == approx(line.energy(x)).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("no tube gains energy by itself") {
+  for (const int end : {0, 1, 2, 3})
+    for (const bool yields : {false, true}) {
+      const LineSystem system = line_system(TransmissionLine(tube_of(end, yields), gas, "tube", 0.01));
+      const Eigen::MatrixXd symmetric = 0.5 * (system.rates + system.rates.transpose());
+      CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric).eigenvalues().maxCoeff() <=
+            1e-12 * system.rates.cwiseAbs().maxCoeff());
+    }
+}
+
+TEST_CASE("a tube held at its far end has the impedance and the resonances of its waves") {
+  const double length = 0.2, area = 3e-4;
+  const TransmissionLine line(Tube{{length}, {area}, PressureSupply{}, {}, 0.0}, gas, "tube", 1e-3);
+  const auto [storage, rates] = line_system(line);
+  const std::complex<double> s(40.0, 2 * pi * 300);
+  Eigen::MatrixXcd matrix = -rates.cast<std::complex<double>>();
+  matrix.diagonal() += s * storage.cast<std::complex<double>>();
+  const Eigen::VectorXcd into = Eigen::VectorXcd::Unit(storage.size(), 0);
+  const std::complex<double> found = matrix.partialPivLu().solve(into)[0],
+                             expected =
+                                 gas.density * gas.sound_speed / area * std::tanh(s * length / gas.sound_speed);
+  CHECK(std::abs(found - expected) < 1e-4 * std::abs(expected));
+
+  const Eigen::MatrixXd scaled = storage.cwiseInverse().asDiagonal() * rates;
+  const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(scaled, false).eigenvalues();
+  for (const int k : {1, 2, 3}) {
+    const double frequency = (2 * k - 1) * gas.sound_speed / (4 * length),
+                 y = pi * frequency * 1e-3 / gas.sound_speed;
+    double nearest = 1e9;
+    for (const auto& value : values)
+      nearest = std::min(nearest, std::abs(value - std::complex<double>(0, 2 * pi * frequency * std::sin(y) / y)));
+    CHECK(nearest < 1e-8 * 2 * pi * frequency);
+  }
+}
