@@ -83,6 +83,7 @@ class EquilibriumBranch:
             simulation = build_simulation(scene.replace({"reduction": None, "symmetry": None}), mesh)
         from scipy.sparse import csr_array
 
+        self.scene = scene
         self.flow = _engine.GlottalFlow(simulation)
         self._points = np.asarray(mesh.points)
         self.at_rest = np.zeros_like(self._points)

@@ -149,8 +149,9 @@ class SmallMotion:
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
         kept = np.concatenate((self._basis[:, :modes], self._basis[:, self.modes :]), axis=1)
+        kept = kept / np.linalg.norm(kept, axis=0)
         axes, sizes, _ = np.linalg.svd(kept, full_matrices=False)
-        axes = axes[:, sizes > 1e-7 * sizes[0]]
+        axes = axes[:, sizes > 1e-6 * sizes[0]]
         other.squares, turned = np.linalg.eigh(axes.T @ (self.squares[:, None] * axes))
         turned = axes @ turned
         other.viscosity = turned.T @ self.viscosity @ turned

@@ -27,7 +27,7 @@ def sliding_bar(divisions: int = 16) -> plica.Scene:
         {"body": plica.Tissue(E=E, nu=0.0, viscosity=VISCOSITY, density=DENSITY)},
         time=plica.Stepping(step=1e-4, duration=1e-3),
         supports=plica.Supports(
-            fixed=["x_min"], components={name: "yz" for name in ("y_min", "y_max", "z_min", "z_max")}
+            fixed=["x_min"], components=dict.fromkeys(("y_min", "y_max", "z_min", "z_max"), "yz")
         ),
     )
 
@@ -40,7 +40,7 @@ def test_a_bar_sounds_at_odd_quarters_of_its_wave() -> None:
 
 
 def test_a_mode_of_a_bar_is_damped_by_the_viscosity_over_its_stiffness() -> None:
-    """Without Poisson's ratio and transverse strain C = a K, so that zeta = a omega / 2; a from the engine's C."""
+    """Without transverse strain C = a K, so that zeta = a omega / 2; a from the engine's matrices."""
     scene = sliding_bar()
     simulation = build_simulation(scene)
     K, C = (csr_array(matrix) for matrix in (simulation.stiffness, simulation.viscosity))

@@ -1,0 +1,139 @@
+"""Small oscillations: the section pressures' own equation, time steps, damping, fewer modes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
+
+import plica
+from flow_folds import folds, grown, stepped
+from plica.runs.build import build_simulation, fixed_components
+from plica.runs.flow_equilibrium import EquilibriumBranch
+from plica.scene.mesh.build import build_mesh
+from plica.stability.small_motion import Damping, SmallMotion
+
+PRESSURE = 500.0
+
+
+@pytest.fixture(scope="module")
+def motion() -> SmallMotion:
+    return SmallMotion(folds(gap=2e-4), 100)
+
+
+class SectionPressures:
+    """det(1 - dP/da G(s)) with the compliance G of the areas at a complex frequency, of all displacements."""
+
+    def __init__(self, scene: plica.Scene, pressure: float) -> None:
+        mesh = build_mesh(scene.mesh)
+        simulation = build_simulation(scene, mesh)
+        self.free = ~fixed_components(scene, mesh).ravel()
+        self.M, self.C, self.K = (
+            csr_array(m)[self.free][:, self.free]
+            for m in (simulation.mass, simulation.viscosity, simulation.stiffness)
+        )
+        branch = EquilibriumBranch(scene, mesh)
+        rest = branch.at(pressure)
+        self.slope = np.asarray(rest.tangent.pressure_by_area)
+        self.B = branch.patterns.toarray()[self.free, :-2]
+        spacing = np.asarray(branch.flow.width_spacing())
+        of_x = (spacing[:, None] * branch.width_map.toarray()).reshape(len(self.slope), -1, len(mesh.points)).sum(1)
+        A = np.zeros((len(self.slope), self.free.size))
+        A[:, 0::3] = of_x
+        self.A = A[:, self.free]
+
+    def determinant(self, s: complex) -> complex:
+        matrix = (s * s * self.M + s * self.C + self.K).tocsc()
+        G = self.A @ splu(matrix).solve(self.B.astype(complex))
+        return complex(np.linalg.det(np.eye(len(self.slope)) - self.slope @ G))
+
+    def root(self, guess: complex) -> complex:
+        """By the secant method."""
+        a, b = guess * (1 + 1e-4), guess
+        f_a, f_b = self.determinant(a), self.determinant(b)
+        for _ in range(20):
+            a, b, f_a = b, b - f_b * (b - a) / (f_b - f_a), f_b
+            if abs(b - a) < 1e-10 * abs(b):
+                return b
+            f_b = self.determinant(b)
+        raise AssertionError("no root")
+
+
+def test_pairs_are_roots_of_the_equation_of_section_pressures(motion: SmallMotion) -> None:
+    own = SectionPressures(motion.scene, PRESSURE)
+    errors = []
+    for modes in (25, 50, 100):
+        found = motion.with_modes(modes).spectrum(PRESSURE).pairs[0]
+        errors.append(abs(found - own.root(found)) / abs(found))
+    assert 0 < errors[2] < 1e-4
+    assert errors[2] < errors[0]
+
+
+@pytest.mark.parametrize("pressure", [200.0, 500.0, 900.0])
+def test_oscillations_grow_and_swing_in_time_steps_as_their_pair_says(
+    motion: SmallMotion, pressure: float
+) -> None:
+    found = motion.spectrum(pressure, vectors=True)
+    s = found.pairs[0]
+    shape = (motion.shapes @ found.vectors[:, 0]).reshape(-1, 3)
+    shape *= 1e-7 / np.abs(shape).max()
+    start = (found.equilibrium.displacement + shape.real, (s * shape).real)
+    areas = stepped(motion.scene, pressure, start, 1000, motion.shapes, motion.mesh)
+    growth = grown(areas - found.equilibrium.area, motion.scene.time.step)
+    assert growth.real == pytest.approx(s.real, abs=0.01 * abs(s.real) + 1e-4 * abs(s))
+    assert growth.imag == pytest.approx(s.imag, rel=1e-3)
+
+
+def test_with_hardly_any_flow_modes_have_their_damping(motion: SmallMotion) -> None:
+    omega = np.sqrt(motion.squares)
+    for damping, expected in (
+        (Damping(ratio=0.06), omega * (-0.06 + 1j * np.sqrt(1 - 0.06**2))),
+        (Damping(loss_factor=0.1), 1j * omega * np.sqrt(1 + 0.1j)),
+    ):
+        other = motion.with_modes(motion.modes)
+        other.damping = damping
+        other.loads = 1e-9 * motion.loads
+        pairs = np.sort_complex(1j * other.spectrum(1.0).pairs)
+        # The same basis, made anew, has the same frequencies.
+        np.testing.assert_allclose(np.sort(-pairs.real), np.sort(expected.imag), rtol=1e-6)
+        np.testing.assert_allclose(np.sort(pairs.imag), np.sort(expected.real), rtol=1e-6)
+
+
+def test_fewer_modes_are_those_that_a_basis_of_fewer_has(motion: SmallMotion) -> None:
+    fewer, made = motion.with_modes(30), SmallMotion(motion.scene, 30, mesh=motion.mesh)
+    np.testing.assert_allclose(fewer.spectrum(PRESSURE).pairs[:5], made.spectrum(PRESSURE).pairs[:5], rtol=1e-6)
+
+
+def test_symmetric_oscillations_are_among_those_of_the_whole(motion: SmallMotion) -> None:
+    quarter = SmallMotion(motion.scene.replace({"symmetry": "quarter"}), 60, mesh=motion.mesh)
+    found, whole = quarter.spectrum(PRESSURE).pairs[:3], motion.spectrum(PRESSURE).pairs
+    for s in found:
+        assert np.abs(whole - s).min() < 2e-3 * abs(s)
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ({"modes": 0}, "onset: modes = 0; must be a number in"),
+        ({"modes": 1000}, "onset: modes = 1000"),
+        ({"zeta": -0.1}, "onset: zeta = -0.1; must be"),
+        ({"zeta": 1.5}, "onset: zeta = 1.5; must be"),
+        ({"loss_factor": -1.0}, "onset: loss_factor = -1; must be"),
+        ({"zeta": 0.1, "loss_factor": 0.1}, "must be one of them"),
+        ({"pressure": -800.0}, "onset: at = -800 Pa; must be"),
+        ({"pressure": "8 mm"}, "onset: at"),
+        ({"pressure": "much"}, "onset: at"),
+    ],
+)
+def test_arguments_out_of_range_are_refused(given: dict[str, object], text: str) -> None:
+    pressure = given.pop("pressure", 500.0)
+    with pytest.raises(plica.InvalidInput) as error:
+        plica.growth(folds(gap=2e-4), pressure, **given)  # type: ignore[arg-type]
+    assert text in str(error.value)
+
+
+def test_tissue_without_any_damping_is_refused() -> None:
+    with pytest.raises(plica.InvalidInput, match="no tissue has a viscosity; must be damped"):
+        plica.growth(folds(gap=2e-4, viscosity=0.0), 500.0)
+    assert len(plica.growth(folds(gap=2e-4, viscosity=0.0), 500.0, zeta=0.05))
