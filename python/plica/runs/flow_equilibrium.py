@@ -24,10 +24,11 @@ __all__ = ["EquilibriumBranch", "FlowEquilibrium", "flow_equilibrium"]
 Floats = NDArray[np.float64]
 
 _TOLERANCE = 1e-11  # of the subglottal pressure; by which no section may differ from its flow's
-_STEPS = 40  # of Newton's method; the flow has kinks
-_PARTS = 8  # of the pressure, the first time; each as long as the last went well, or half as long
+_STEPS = 20  # of Newton's method; the flow has kinks
+_PARTS = 8  # of the pressure; a step is longer than one that led on, half as long as one that did not
+_NEAR = 0.2  # of each area: within which an equilibrium is of the branch that foretold it
 _LEAST_PART = 1e-4  # of the pressure: below, there is no equilibrium further on
-_TUBE_MESH = 1e-9  # Pa, a drop that drives no flow
+_NO_DROP = 1e-9  # Pa, which drives no flow
 
 
 @dataclass(frozen=True)
@@ -108,9 +109,14 @@ class EquilibriumBranch:
         self._resistances = tuple(
             0.0 if tube is None else tube.steady_resistance for tube in (self.flow.trachea, self.flow.tract)
         )
-        self._known: list[FlowEquilibrium] = []
+        self._known: list[FlowEquilibrium] = []  # by rising pressure
+        self._end = self._reason = ""  # why the branch ends; why the last attempt failed
         self._compliance: tuple[bytes, Floats] | None = None
-        self._refuse_overlap(self.rest_widths, "at rest", InvalidInput)
+        if overlap := self._overlap(self.rest_widths):
+            raise InvalidInput(
+                f"Equilibrium with the flow: width of the glottis at rest = {overlap}; must be > 0: contact is "
+                "no part of it. Take a wider glottis."
+            )
 
     @property
     def pressures(self) -> int:
@@ -130,52 +136,65 @@ class EquilibriumBranch:
         Raises
         ------
         SolveFailed
-            If the branch ends before, or its folds touch there; the message has the pressure of its end.
+            If the branch ends before, or its folds touch; the message has the pressure of its end, which is
+            `reached` from then on.
         """
-        place = bisect_left([one.subglottal_pressure for one in self._known], pressure)
+        place = self._place(pressure)
         if place < len(self._known) and self._known[place].subglottal_pressure == pressure:
             return self._known[place]
-        found = None
-        if place > 0:
-            found = self._newton(pressure, self._guess(pressure, place))
+        step = (pressure - self.reached) / _PARTS
+        while self.reached < pressure:
+            if self._end:
+                raise SolveFailed(self._no_further(pressure))
+            aim = pressure if pressure - self.reached < 1.01 * step else self.reached + step
+            found = self._newton(aim, self._guess(aim))
+            if found is not None:
+                self._known.append(found)
+                step *= 1.5
+            elif step < _LEAST_PART * pressure:
+                self._end = self._reason or "Newton's method does not lead on"
+            else:
+                step *= 0.5
+        if self.reached == pressure:
+            return self._known[-1]
+        return self._between(pressure)
+
+    @property
+    def reached(self) -> float:
+        """[Pa] The highest pressure at which the equilibrium is known; 0 before any."""
+        return self._known[-1].subglottal_pressure if self._known else 0.0
+
+    def _place(self, pressure: float) -> int:
+        return bisect_left([one.subglottal_pressure for one in self._known], pressure)
+
+    def _between(self, pressure: float) -> FlowEquilibrium:
+        """From those beside it, of which more are made where they are too far away."""
+        found = self._newton(pressure, self._guess(pressure))
         if found is None:
-            found = self._continued(pressure, place)
-        self._known.insert(bisect_left([one.subglottal_pressure for one in self._known], pressure), found)
+            place = self._place(pressure)
+            below = self._known[place - 1].subglottal_pressure if place else 0.0
+            if pressure - below < _LEAST_PART * pressure:
+                raise SolveFailed(self._no_further(pressure))
+            self._between(0.5 * (below + pressure))
+            return self._between(pressure)
+        self._known.insert(self._place(pressure), found)
         return found
 
-    def _guess(self, pressure: float, place: int) -> Floats:
-        """Pressures (s + 2) from the known equilibria below and beside, linear in the pressure."""
+    def _guess(self, pressure: float) -> Floats:
+        """Pressures (s + 2): linear through those of the two known equilibria that are nearest."""
+        if not self._known:
+            return self._first_guess(pressure)
+        place = self._place(pressure)
+        if place == 0:
+            return self._known[0].pressure * (pressure / self._known[0].subglottal_pressure)
         below = self._known[place - 1]
-        other = self._known[place] if place < len(self._known) else None
-        if other is None and place > 1:
-            other = self._known[place - 2]
-        if other is None:
+        if place == len(self._known) == 1:
             return below.pressure * (pressure / below.subglottal_pressure)
-        part = (pressure - below.subglottal_pressure) / (
-            other.subglottal_pressure - below.subglottal_pressure
-        )
+        other = self._known[place] if place < len(self._known) else self._known[place - 2]
+        step = other.subglottal_pressure - below.subglottal_pressure
+        part = (pressure - below.subglottal_pressure) / step
         guess: Floats = below.pressure + part * (other.pressure - below.pressure)
         return guess
-
-    def _continued(self, pressure: float, place: int) -> FlowEquilibrium:
-        """From the known equilibrium below, or from rest, in steps that get shorter where they must."""
-        last = self._known[place - 1] if place > 0 else None
-        reached = 0.0 if last is None else last.subglottal_pressure
-        step = (pressure - reached) / _PARTS
-        while True:
-            if step < _LEAST_PART * pressure:
-                raise SolveFailed(self._no_further(pressure, reached, last))
-            aim = min(reached + step, pressure)
-            if pressure - aim < 0.5 * _LEAST_PART * pressure:
-                aim = pressure
-            guess = self._first_guess(aim) if last is None else last.pressure * (aim / reached)
-            found = self._newton(aim, guess)
-            if found is None:
-                step *= 0.5
-                continue
-            if aim == pressure:
-                return found
-            reached, last, step = aim, found, 1.5 * step
 
     def _first_guess(self, pressure: float) -> Floats:
         """Pressures (s + 2) of the flow through the glottis at rest."""
@@ -184,11 +203,13 @@ class EquilibriumBranch:
         return np.concatenate((found, (pressure, 0.0)))
 
     def _newton(self, pressure: float, guess: Floats) -> FlowEquilibrium | None:
-        """The equilibrium that Newton's method leads to from these pressures, or None."""
+        """The equilibrium near these pressures, to which Newton's method leads, or None."""
         y, size = guess, np.inf
         count = len(self._height)
+        self._reason = ""
+        guessed = np.asarray(self.flow.areas(self.rest_widths + self.width_responses @ y))
         for iteration in range(_STEPS + 1):
-            if not y[-2] - y[-1] > _TUBE_MESH:
+            if not y[-2] - y[-1] > _NO_DROP:
                 return None
             widths = self.rest_widths + self.width_responses @ y
             area = np.asarray(self.flow.areas(widths))
@@ -196,6 +217,8 @@ class EquilibriumBranch:
             residual = y - self._given_by(tangent, pressure)
             size = float(np.abs(residual).max()) / pressure
             if size <= _TOLERANCE:
+                if (np.abs(area - guessed) > _NEAR * np.abs(area)).any():
+                    return None  # it may be of another branch
                 return self._found(pressure, y, widths, area, tangent, size, iteration)
             if not np.isfinite(size) or iteration == _STEPS:
                 return None
@@ -228,7 +251,7 @@ class EquilibriumBranch:
         part = 1.0
         for _ in range(6):
             trial = y + part * step
-            if trial[-2] - trial[-1] > _TUBE_MESH:
+            if trial[-2] - trial[-1] > _NO_DROP:
                 widths = self.rest_widths + self.width_responses @ trial
                 area = np.asarray(self.flow.areas(widths))
                 found, flow = self.flow.evaluate(area, trial[-2], trial[-1])
@@ -247,32 +270,31 @@ class EquilibriumBranch:
 
     def _found(
         self, pressure: float, y: Floats, widths: Floats, area: Floats, tangent: Any, size: float, count: int
-    ) -> FlowEquilibrium:
-        self._refuse_overlap(widths, f"under {pressure:.6g} Pa", SolveFailed)
+    ) -> FlowEquilibrium | None:
+        if self._overlap(widths):
+            self._reason = f"the folds touch ({self._overlap(widths)})"
+            return None
         moved = self.at_rest + (self.responses @ y).reshape(-1, 3)
         return FlowEquilibrium(pressure, moved, y, area, tangent.flow, widths > 0, tangent, size, count)
 
-    def _refuse_overlap(self, widths: Floats, when: str, kind: type[Exception]) -> None:
-        """Raise where the folds touch or overlap: contact is no part of this equilibrium."""
+    def _overlap(self, widths: Floats) -> str:
+        """Where the folds touch or overlap, and by how much; empty where they do nowhere."""
         worst = int(np.argmin(widths))
         if widths[worst] > 0:
-            return
+            return ""
         section = worst // (len(widths) // len(self._height))
-        raise kind(
-            f"Equilibrium with the flow: width of the glottis {when} = {1e3 * widths[worst]:.3g} mm at "
-            f"z = {1e3 * self._height[section]:.4g} mm; must be > 0: contact is no part of it. Take a wider "
-            "glottis" + (", or a lower pressure." if kind is SolveFailed else ".")
-        )
+        return f"{1e3 * widths[worst]:.3g} mm at z = {1e3 * self._height[section]:.4g} mm"
 
-    def _no_further(self, pressure: float, reached: float, last: FlowEquilibrium | None) -> str:
+    def _no_further(self, pressure: float) -> str:
         text = f"Equilibrium with the flow: none found under {pressure:.6g} Pa; "
-        if last is None:
-            return text + "Newton's method does not converge from rest. Take a wider glottis."
+        if not self._known:
+            return f"{text}{self._end} from rest. Take a wider glottis."
+        last = self._known[-1]
         section = int(np.argmin(last.area))
         return (
-            f"{text}the one that begins at rest ends at {reached:.6g} Pa, with an area of "
-            f"{1e6 * last.area[section]:.3g} mm^2 at z = {1e3 * self._height[section]:.4g} mm. Take a lower "
-            "pressure, a wider glottis or stiffer tissue."
+            f"{text}the one that begins at rest ends at {self.reached:.6g} Pa, with an area of "
+            f"{1e6 * last.area[section]:.3g} mm^2 at z = {1e3 * self._height[section]:.4g} mm: {self._end}. "
+            "Take a lower pressure, a wider glottis or stiffer tissue."
         )
 
 

@@ -185,24 +185,18 @@ class _Search:
         return found
 
     def _scan(self, first: float, last: float) -> None:
-        """Up to where the equilibrium ends, which is approached by halves."""
-        pressure, step = first, (last - first) / (_PRESSURES - 1)
-        while True:
+        """Up to where the equilibrium ends."""
+        for pressure in np.linspace(first, last, _PRESSURES):
             try:
-                self._at(pressure)
+                self._at(float(pressure))
             except SolveFailed as failure:
                 self.end = str(failure)
-                if not self.spectra:
+                reached = self.motion.branch.reached
+                if reached < first:
                     raise
-                pressure -= step
-                step *= 0.5
-                if step < 1e-3 * (last - first):
-                    return
-            if pressure >= last:
+                if reached not in self.spectra:
+                    self._at(reached)
                 return
-            pressure = min(pressure + step, last)
-            if last - pressure < 1e-6 * last:
-                pressure = last
 
     def _sorted(self) -> tuple[Floats, Floats]:
         """Pressures, and the growth of the least stable pair."""
