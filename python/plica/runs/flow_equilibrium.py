@@ -91,7 +91,7 @@ class EquilibriumBranch:
         if scene.gravity is not None or scene.loads:
             self.at_rest = equilibrium(scene)
         try:
-            solver = _engine.StaticSolver(simulation)
+            self._solver = _engine.StaticSolver(simulation)
         except SolveFailed:
             raise InvalidInput(
                 "supports: a rigid motion is possible; must be held for an equilibrium with the flow."
@@ -100,7 +100,7 @@ class EquilibriumBranch:
         self._spacing = np.asarray(self.flow.width_spacing())
         self.patterns = csr_array(self.flow.load_patterns(), shape=(self._points.size, self.pressures))
         """(3 n, s + 2) m^2: loads of unit pressures."""
-        self.responses: Floats = np.asarray(solver.solve(np.asfortranarray(self.patterns.toarray())))
+        self.responses: Floats = self.moved_by(self.patterns.toarray())
         """(3 n, s + 2) m/Pa: what the pressures move."""
         self.width_map = csr_array(self.flow.width_map(), shape=(len(self._spacing), len(self._points)))
         """(w, n): widths of the x of nodes."""
@@ -114,14 +114,18 @@ class EquilibriumBranch:
         self._compliance: tuple[bytes, Floats] | None = None
         if overlap := self._overlap(self.rest_widths):
             raise InvalidInput(
-                f"Equilibrium with the flow: width of the glottis at rest = {overlap}; must be > 0: contact is "
-                "no part of it. Take a wider glottis."
+                f"Equilibrium with the flow: width of the glottis at rest = {overlap}; must be > 0: contact "
+                "is no part of it. Take a wider glottis."
             )
 
     @property
     def pressures(self) -> int:
         """Number of pressures: of the sections, below the first, above the last."""
         return len(self._height) + 2
+
+    def moved_by(self, forces: Floats) -> Floats:
+        """(3 n, k) m: static responses to forces (3 n, k) N, zero where nodes are held."""
+        return np.asarray(self._solver.solve(np.asfortranarray(forces)))
 
     def summed(self, widths: Floats, open_widths: NDArray[np.bool_]) -> Floats:
         """(s, k) m^2: what widths (w, k) add to the areas, those of overlap (w) left out."""
@@ -222,7 +226,7 @@ class EquilibriumBranch:
                 return self._found(pressure, y, widths, area, tangent, size, iteration)
             if not np.isfinite(size) or iteration == _STEPS:
                 return None
-            jacobian = np.eye(count + 2) - self._slope(tangent, self._area_compliance(widths > 0))
+            jacobian = np.eye(count + 2) - self._slope(tangent, self.area_compliance(widths > 0))
             try:
                 step: Floats = np.linalg.solve(jacobian, -residual)
             except np.linalg.LinAlgError:
@@ -261,7 +265,7 @@ class EquilibriumBranch:
             part *= 0.5
         return y + part * step  # across a kink of the flow the residual may grow
 
-    def _area_compliance(self, open_widths: NDArray[np.bool_]) -> Floats:
+    def area_compliance(self, open_widths: NDArray[np.bool_]) -> Floats:
         """(s, s + 2) m^2/Pa: what the pressures add to the areas."""
         key = open_widths.tobytes()
         if self._compliance is None or self._compliance[0] != key:

@@ -121,6 +121,9 @@ class SmallMotion:
                 symmetry=scene.symmetry,
             )
         matrices = NodalMatrices(simulation, fixed)
+        if matrices.viscosity is not None:  # what viscosity adds to the responses, to first order
+            lag = self.branch.moved_by(matrices.viscosity @ basis[:, modes:])
+            basis = np.concatenate((basis, lag), axis=1)
         squares, shapes = ritz(matrices, basis)
         self.scene, self.mesh, self.shapes = scene, mesh, shapes
         self.modes = modes
@@ -226,21 +229,34 @@ class SmallMotion:
 
 
 class _Air:
-    """What the flow does in small oscillations; keys of the ends: -1 below, 1 above."""
+    """What the flow does in small oscillations; keys of the ends: -1 below, 1 above.
+
+    What the pressures move outside the span of the shapes they move at once, as if nothing there had mass.
+    """
 
     def __init__(self, motion: SmallMotion, rest: FlowEquilibrium) -> None:
-        tangent = rest.tangent
-        areas = motion.branch.summed(motion.widths, rest.open_widths)  # (s, r)
-        of_sections, of_below, of_above = motion.loads[:-2], motion.loads[-2], motion.loads[-1]
-        by_drop, shares = np.asarray(tangent.pressure_by_drop), np.asarray(tangent.from_below)
-        self.force_by_motion = of_sections.T @ (np.asarray(tangent.pressure_by_area) @ areas)
-        self.force_by_end = {
-            -1: of_below + of_sections.T @ by_drop,
-            1: of_above + of_sections.T @ (1 - by_drop),
+        tangent, branch = rest.tangent, motion.branch
+        areas = branch.summed(motion.widths, rest.open_widths)  # (s, r)
+        left = branch.area_compliance(rest.open_widths) - areas @ (motion.loads.T / motion.squares[:, None])
+        if motion.damping.loss_factor:
+            left = left / (1 + 1j * motion.damping.loss_factor)
+        slope, by_drop = np.asarray(tangent.pressure_by_area), np.asarray(tangent.pressure_by_drop)
+        count = len(by_drop)
+        right = np.column_stack(
+            (slope @ areas, slope @ left[:, -2] + by_drop, slope @ left[:, -1] + 1 - by_drop)
+        )
+        found = np.linalg.solve(np.eye(count) - slope @ left[:, :-2], right)
+        of_motion, of_ends = found[:, :-2], {-1: found[:, -2], 1: found[:, -1]}
+        of_sections, loads = motion.loads[:-2], {-1: motion.loads[-2], 1: motion.loads[-1]}
+        self.force_by_motion = of_sections.T @ of_motion
+        self.force_by_end = {end: loads[end] + of_sections.T @ of_ends[end] for end in of_ends}
+        by_area, shares = np.asarray(tangent.flow_by_area), np.asarray(tangent.from_below)
+        self.flow_by_motion = by_area @ (areas + left[:, :-2] @ of_motion)
+        self.flow_by_end = {
+            end: by_area @ (left[:, column] + left[:, :-2] @ of_ends[end]) - end * tangent.flow_by_drop
+            for end, column in ((-1, -2), (1, -1))
         }
-        self.flow_by_motion = np.asarray(tangent.flow_by_area) @ areas
-        self.flow_by_end = {-1: tangent.flow_by_drop, 1: -tangent.flow_by_drop}
         self.flow_by_rates = {
-            -1: of_below + shares @ of_sections,
-            1: -of_above - (1 - shares) @ of_sections,
+            -1: loads[-1] + shares @ of_sections,
+            1: -loads[1] - (1 - shares) @ of_sections,
         }
