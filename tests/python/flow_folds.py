@@ -47,15 +47,13 @@ def stepped(
 
 
 def grown(signals: np.ndarray, step: float, skip: float = 0.3) -> complex:
-    """[1/s] s of the signals (steps, k), each Re(A exp(s t)), from three instants a sixth of a period apart."""
+    """[1/s] s of signals (steps, k), each Re(A exp(s t)), from instants a sixth of a period apart."""
     scale = np.abs(signals).max(axis=0)
     signals = signals[int(skip * len(signals)) :, scale > 0.1 * scale.max()]
     spectrum = np.abs(np.fft.rfft(signals * np.hanning(len(signals))[:, None], axis=0)).sum(axis=1)
     period = len(signals) / max(int(np.argmax(spectrum[1:])) + 1, 1)
     lag = max(int(period / 6), 1)
     before, here, after = signals[: -2 * lag], signals[lag:-lag], signals[2 * lag :]
-    a, b = np.linalg.lstsq(
-        np.column_stack((here.ravel(), before.ravel())), after.ravel(), rcond=None
-    )[0]
+    a, b = np.linalg.lstsq(np.column_stack((here.ravel(), before.ravel())), after.ravel(), rcond=None)[0]
     root = np.roots([1, -a, -b])[0]
     return complex(np.log(root if root.imag > 0 else np.conj(root)) / (lag * step))

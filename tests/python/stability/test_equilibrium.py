@@ -76,7 +76,9 @@ def test_folds_of_unequal_tissue_move_unequally() -> None:
 
 def test_symmetry_reduction_and_start_play_no_part() -> None:
     scene = folds(gap=2e-4)
-    quarter = scene.replace({"symmetry": "quarter", "initial": {"opening_velocity": 0.1}, "airflow.rise": 1e-3})
+    quarter = scene.replace(
+        {"symmetry": "quarter", "initial": {"opening_velocity": 0.1}, "airflow.rise": 1e-3}
+    )
     one, other = plica.flow_equilibrium(scene, 300.0), plica.flow_equilibrium(quarter, 300.0)
     np.testing.assert_array_equal(one.displacement, other.displacement)
 
@@ -104,7 +106,9 @@ def test_what_has_no_equilibrium_is_told(
 ) -> None:
     scene = folds(gap=2e-4)
     if "supports" in changes:
-        scene = scene.replace({"mesh": plica.Larynx(larynx="thesis_coarse"), "supports": plica.Supports(fixed=[])})
+        scene = scene.replace(
+            {"mesh": plica.Larynx(larynx="thesis_coarse"), "supports": plica.Supports(fixed=[])}
+        )
     else:
         scene = scene.replace(changes)
     with pytest.raises(kind) as error:
@@ -121,5 +125,7 @@ def test_folds_that_overlap_at_rest_are_refused_with_the_place() -> None:
         plica.Load(surface=name, traction=(sign * 3000.0, 0.0, 0.0))
         for name, sign in (("airway_left", 1.0), ("airway_right", -1.0))
     ]
-    with pytest.raises(plica.InvalidInput, match=r"width of the glottis at rest = -.* mm at z = .* mm; must be > 0"):
+    with pytest.raises(
+        plica.InvalidInput, match=r"width of the glottis at rest = -.* mm at z = .* mm; must be > 0"
+    ):
         plica.flow_equilibrium(scene.replace({"loads": closing}), 10.0)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
@@ -36,27 +39,45 @@ class SectionPressures:
         branch = EquilibriumBranch(scene, mesh)
         rest = branch.at(pressure)
         self.slope = np.asarray(rest.tangent.pressure_by_area)
-        self.B = branch.patterns.toarray()[self.free, :-2]
+        self.tangent = rest.tangent
+        self.B = branch.patterns.toarray()[self.free].astype(complex)
         spacing = np.asarray(branch.flow.width_spacing())
-        of_x = (spacing[:, None] * branch.width_map.toarray()).reshape(len(self.slope), -1, len(mesh.points)).sum(1)
+        of_x = (
+            (spacing[:, None] * branch.width_map.toarray())
+            .reshape(len(self.slope), -1, len(mesh.points))
+            .sum(1)
+        )
         A = np.zeros((len(self.slope), self.free.size))
         A[:, 0::3] = of_x
         self.A = A[:, self.free]
 
-    def determinant(self, s: complex) -> complex:
+    def determinant(self, s: complex, impedances: Any = None) -> complex:
+        """With impedances (below, above) as functions of s: of the pressures at both ends, too."""
         matrix = (s * s * self.M + s * self.C + self.K).tocsc()
-        G = self.A @ splu(matrix).solve(self.B.astype(complex))
-        return complex(np.linalg.det(np.eye(len(self.slope)) - self.slope @ G))
+        moved = splu(matrix).solve(self.B)
+        areas = self.A @ moved
+        count = len(self.slope)
+        drop = np.concatenate((np.zeros(count), (1.0, -1.0)))
+        of_sections = self.slope @ areas + np.outer(self.tangent.pressure_by_drop, drop)
+        of_sections[:, -1] += 1
+        if impedances is None:
+            return complex(np.linalg.det(np.eye(count) - of_sections[:, :count]))
+        flow = self.tangent.flow_by_area @ areas + self.tangent.flow_by_drop * drop
+        displaced = s * (self.B.T @ moved)
+        shares = np.asarray(self.tangent.from_below)
+        below = -impedances[0](s) * (flow + displaced[-2] + shares @ displaced[:count])
+        above = impedances[1](s) * (flow - displaced[-1] - (1 - shares) @ displaced[:count])
+        return complex(np.linalg.det(np.eye(count + 2) - np.vstack((of_sections, below, above))))
 
-    def root(self, guess: complex) -> complex:
+    def root(self, guess: complex, impedances: Any = None) -> complex:
         """By the secant method."""
         a, b = guess * (1 + 1e-4), guess
-        f_a, f_b = self.determinant(a), self.determinant(b)
+        f_a, f_b = self.determinant(a, impedances), self.determinant(b, impedances)
         for _ in range(20):
             a, b, f_a = b, b - f_b * (b - a) / (f_b - f_a), f_b
             if abs(b - a) < 1e-10 * abs(b):
                 return b
-            f_b = self.determinant(b)
+            f_b = self.determinant(b, impedances)
         raise AssertionError("no root")
 
 
@@ -68,6 +89,43 @@ def test_pairs_are_roots_of_the_equation_of_section_pressures(motion: SmallMotio
         errors.append(abs(found - own.root(found)) / abs(found))
     assert 0 < errors[2] < 1e-4
     assert errors[2] < errors[0]
+
+
+def ladder(length: float, area: float, elements: int) -> SimpleNamespace:
+    """A tube whose far end is held, without friction, as the engine gives one."""
+    density, speed = 1.23, 350.0
+    part = length / elements
+    storage = np.concatenate(
+        (np.full(elements, part * area / (density * speed**2)), np.full(elements, density * part / area))
+    )
+    storage[0] *= 0.5
+    between = np.eye(elements) - np.eye(elements, k=-1)
+    zero = np.zeros((elements, elements))
+    rates = np.block([[zero, -between], [between.T, zero]])
+    return SimpleNamespace(storage=storage, rates=rates, steady_resistance=0.0)
+
+
+def test_pairs_between_tubes_are_roots_of_the_equation_with_their_impedances(motion: SmallMotion) -> None:
+    both = SmallMotion(motion.scene.replace({"symmetry": "quarter"}), 60, mesh=motion.mesh)
+    without = both.spectrum(PRESSURE).pairs
+    both.trachea, both.tract = ladder(0.25, 2.5e-4, 30), ladder(0.17, 1e-4, 20)
+    own = SectionPressures(motion.scene, PRESSURE)
+
+    def impedance(length: float, area: float, elements: int) -> Any:
+        """Of the ladder in closed form: x = s part / 2 c, the sound's phase from node to node 2 asinh x."""
+
+        def of(s: complex) -> complex:
+            x = s * length / elements / (2 * 350.0)
+            angle = 2 * elements * np.arcsinh(x)
+            return complex(1.23 * 350.0 / area * np.tanh(angle) / np.sqrt(1 + x * x))
+
+        return of
+
+    impedances = (impedance(0.25, 2.5e-4, 30), impedance(0.17, 1e-4, 20))
+    pairs = both.spectrum(PRESSURE).pairs
+    assert np.abs(pairs[0] - without).min() > 1e-2 * abs(pairs[0])  # they matter
+    for s in pairs[pairs.imag < 2 * np.pi * 1500][:6]:
+        assert abs(own.root(s, impedances) - s) < 1e-3 * abs(s)
 
 
 @pytest.mark.parametrize("pressure", [200.0, 500.0, 900.0])
@@ -102,7 +160,9 @@ def test_with_hardly_any_flow_modes_have_their_damping(motion: SmallMotion) -> N
 
 def test_fewer_modes_are_those_that_a_basis_of_fewer_has(motion: SmallMotion) -> None:
     fewer, made = motion.with_modes(30), SmallMotion(motion.scene, 30, mesh=motion.mesh)
-    np.testing.assert_allclose(fewer.spectrum(PRESSURE).pairs[:5], made.spectrum(PRESSURE).pairs[:5], rtol=1e-6)
+    np.testing.assert_allclose(
+        fewer.spectrum(PRESSURE).pairs[:5], made.spectrum(PRESSURE).pairs[:5], rtol=1e-6
+    )
 
 
 def test_symmetric_oscillations_are_among_those_of_the_whole(motion: SmallMotion) -> None:
