@@ -28,6 +28,8 @@ __all__: list[str] = [
     "Extrapolated",
     "FlowOptions",
     "FlowSupply",
+    "FlowTangent",
+    "GlottalFlow",
     "HilberHughesTaylor",
     "InvalidInput",
     "Isotropic",
@@ -43,6 +45,7 @@ __all__: list[str] = [
     "PressureSupply",
     "Radiation",
     "Reduction",
+    "SeenTube",
     "Simulation",
     "SolveFailed",
     "StaticSolver",
@@ -914,6 +917,75 @@ class ContactEquilibrium:
     def pivots(self) -> int: ...
     @property
     def rows(self) -> int: ...
+
+class FlowTangent:
+    @property
+    def flow(self) -> float: ...
+    @property
+    def flow_by_area(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def flow_by_drop(self) -> float: ...
+    @property
+    def from_below(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def kink(self) -> float: ...
+    @property
+    def pressure(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def pressure_by_area(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def pressure_by_drop(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def separation(self) -> int: ...
+
+class SeenTube:
+    @property
+    def rates(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def steady_resistance(self) -> float: ...
+    @property
+    def storage(self) -> numpy.typing.NDArray[numpy.float64]: ...
+
+class GlottalFlow:
+    def __init__(self, simulation: Simulation) -> None: ...
+    def areas(
+        self, widths: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+    ) -> numpy.typing.NDArray[numpy.float64]: ...
+    def evaluate(
+        self,
+        areas: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        below: typing.SupportsFloat | typing.SupportsIndex,
+        above: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> tuple[numpy.typing.NDArray[numpy.float64], float]: ...
+    def load_patterns(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    def tangent(
+        self,
+        areas: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        below: typing.SupportsFloat | typing.SupportsIndex,
+        above: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> FlowTangent: ...
+    def width_map(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    def width_spacing(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def height(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def reference_load(self) -> bool: ...
+    @property
+    def trachea(self) -> SeenTube | None: ...
+    @property
+    def tract(self) -> SeenTube | None: ...
 
 def block_mesh(
     corner: typing.Annotated[

@@ -70,7 +70,7 @@ def add_commands(commands: Any) -> None:
     part.add_argument("--from", dest="start", metavar="P", type=_pressure, help="default: --to / 100")
     part.add_argument("--to", dest="stop", metavar="P", type=_pressure, help="default: 3 kPa")
     part.add_argument("--at", metavar="P", type=_pressure, help="only the growth at this pressure")
-    part.add_argument("--modes", metavar="N", type=int, help="of the tissue (default: 100)")
+    part.add_argument("--modes", metavar="N", type=int, help="of the tissue (default: 50)")
     part.add_argument("--zeta", metavar="R", type=float, help="damping ratio of every mode")
     part.add_argument("--loss-factor", metavar="R", type=float, help="of a constant, complex stiffness")
     _common(part)

@@ -132,7 +132,7 @@ def onset(
     start, stop : float or str
         [Pa] Pressures that are looked at. Default: from a hundredth of `stop` to 3 kPa.
     modes : int, optional
-        Number of modes, beside static responses to the pressures of the sections. Default: 100, or as many
+        Number of modes, beside static responses to the pressures of the sections. Default: 50, or as many
         as the mesh has.
     zeta : float, optional
         Damping ratio of every mode, instead of the tissue's viscosity.

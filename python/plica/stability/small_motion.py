@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 _SLOWEST = 1.0  # Hz, of what counts as an oscillation
-MODES, _MOST_MODES = 100, 1000
+MODES, _MOST_MODES = 50, 1000
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class SmallMotion:
     scene : Scene
         With an airflow; as of `plica.flow_equilibrium`. With a symmetry motions are symmetric.
     modes : int, optional
-        Number of modes. Default: 100, or as many as the mesh has.
+        Number of modes. Default: 50, or as many as the mesh has.
     damping : Damping, optional
     mesh : TetMesh, optional
         The scene's mesh, if it is already built.
