@@ -16,6 +16,7 @@ from PIL import Image
 import benchmarks.__main__ as benchmarks
 import plica
 from conftest import MOVIE
+from flow_folds import folds
 from plica.commands.main import _parser, main
 from plica.synthetic.glottis import SyntheticGlottis
 from typed_commands import FIRST_VOICE, ROOT, all_commands, help_commands, pages, python_blocks
@@ -53,6 +54,14 @@ PICTURES = (
     "plica flow frame10.png frame11.png -o ab.flo",
     "plica flow frame10.png frame11.png -o ab.flo --preset fast",
     "plica flow frame10.png frame11.png -o ab.flo --mask tissue.png",
+)
+STABILITY = (
+    "plica eigenmodes voice.toml",
+    "plica eigenmodes voice.toml -o runs/modes --count 50",
+    "plica onset voice.toml",
+    'plica onset voice.toml --from "50 Pa" --to "2 kPa" -o runs/onset',
+    'plica onset voice.toml --at "0.8 kPa"',
+    "plica onset voice.toml --zeta 0.06",
 )
 QUESTIONS = (
     "plica examples",
@@ -109,6 +118,7 @@ PYTHON = {
     "docs/identification.md": ("identify/test_docs.py", "identify/test_docs.py"),
     "docs/identification_filter.md": ("identify/test_docs.py",),
     "docs/image_mesh.md": ("here",),
+    "docs/onset.md": ("here",),
     "docs/recording_files.md": (
         "not run: needs a trained network; video/glottis/test_network.py has such files",
     ),
@@ -118,7 +128,7 @@ PYTHON = {
 """Which tests run the Python blocks of each page."""
 
 PROGRAMS = ("plica ", "python -m benchmarks ")
-RUN = (*FIRST_SESSION, *SCENE_SESSION, *VIDEO_SESSION, *PICTURES, *QUESTIONS)
+RUN = (*FIRST_SESSION, *SCENE_SESSION, *VIDEO_SESSION, *PICTURES, *STABILITY, *QUESTIONS)
 
 
 def _typed(command: str) -> None:
@@ -214,6 +224,19 @@ def test_commands_on_a_scene_go_as_they_are_shown(tmp_path: Path, monkeypatch: p
     for command in SCENE_SESSION:
         _typed(command)
     exec(compile(*python_blocks("docs/uncertainty.md"), "uncertainty.md", "exec"), {"plica": plica})
+
+
+@pytest.mark.slow
+def test_commands_on_a_voice_at_rest_go_as_they_are_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    scene = folds(gap=1e-4)
+    (tmp_path / "voice.toml").write_text(scene.text())
+    for command in STABILITY:
+        _typed(command)
+    names = {"plica": plica, "scene": scene}
+    exec(compile(*python_blocks("docs/onset.md"), "onset.md", "exec"), names)
 
 
 @pytest.mark.slow
