@@ -82,9 +82,9 @@ class GlottalFlow {
   std::optional<SeenTube> seen(const std::optional<Tube>& tube, const char* where) const {
     if (!tube) return std::nullopt;
     if (std::holds_alternative<FlowSupply>(tube->end))
-      throw InvalidInput(
-          std::string("GlottalFlow: what supplies the ") + where +
-          " is a flow; must be a pressure: equilibria and oscillations are those under a pressure.");
+      throw InvalidInput(std::string("GlottalFlow: ") + where +
+                         ": the far end is closed, or supplied by a flow; must be open, or held at a pressure: "
+                         "equilibria and oscillations are those under a pressure.");
     const auto* slit = std::get_if<ViscousSlit>(&airflow_->options().model);
     const Gas gas{airflow_->options().air_density, tubes().sound_speed,
                   slit ? slit->air_viscosity : Gas{}.viscosity};

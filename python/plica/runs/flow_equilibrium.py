@@ -228,10 +228,10 @@ class EquilibriumBranch:
                 return None
             jacobian = np.eye(count + 2) - self._slope(tangent, self.area_compliance(widths > 0))
             try:
-                step: Floats = np.linalg.solve(jacobian, -residual)
+                step = np.linalg.solve(jacobian, -residual)
             except np.linalg.LinAlgError:
                 return None
-            y = self._shortened(y, step, size, pressure)
+            y = self._shortened(y, np.asarray(step, dtype=float), size, pressure)
         return None
 
     def _given_by(self, tangent: Any, pressure: float) -> Floats:

@@ -237,7 +237,8 @@ class _Air:
     def __init__(self, motion: SmallMotion, rest: FlowEquilibrium) -> None:
         tangent, branch = rest.tangent, motion.branch
         areas = branch.summed(motion.widths, rest.open_widths)  # (s, r)
-        left = branch.area_compliance(rest.open_widths) - areas @ (motion.loads.T / motion.squares[:, None])
+        within = areas @ (motion.loads.T / motion.squares[:, None])
+        left: NDArray[Any] = branch.area_compliance(rest.open_widths) - within
         if motion.damping.loss_factor:
             left = left / (1 + 1j * motion.damping.loss_factor)
         slope, by_drop = np.asarray(tangent.pressure_by_area), np.asarray(tangent.pressure_by_drop)
