@@ -23,7 +23,7 @@ __all__ = ["Damping", "SmallMotion", "Spectrum"]
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_SLOWEST = 1.0  # Hz, of what counts as an oscillation
+_SLOWEST, _FASTEST = 1.0, 5e3  # Hz, of what counts as an oscillation: faster ones are tubes' elements
 MODES, _MOST_MODES = 50, 1000
 
 
@@ -61,7 +61,7 @@ class Spectrum:
 
     equilibrium: FlowEquilibrium
     pairs: Complex
-    """(k) 1/s, one of each pair, Im > 0, the least stable first."""
+    """(k) 1/s, one of each pair of 1 to 5000 Hz, Im > 0, the least stable first."""
     fastest: float
     """[1/s] The largest real eigenvalue; -inf without any. Above 0 the equilibrium is left without
     oscillation."""
@@ -183,9 +183,10 @@ class SmallMotion:
         else:
             values, found = np.linalg.eigvals(matrix), None
         values = np.asarray(values, dtype=complex)
-        swinging = np.flatnonzero(values.imag > 2 * np.pi * _SLOWEST)
+        speed = values.imag / (2 * np.pi)
+        swinging = np.flatnonzero((speed > _SLOWEST) & (speed < _FASTEST))
         swinging = swinging[np.argsort(-values.real[swinging], kind="stable")]
-        still = values.real[np.abs(values.imag) <= 2 * np.pi * _SLOWEST]
+        still = values.real[np.abs(speed) <= _SLOWEST]
         shapes = None if found is None else np.asarray(found[: len(self.squares), swinging], dtype=complex)
         return Spectrum(rest, values[swinging], float(still.max(initial=-np.inf)), shapes)
 

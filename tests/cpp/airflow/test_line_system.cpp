@@ -61,6 +61,23 @@ TEST_CASE("no tube gains energy by itself") {
     }
 }
 
+TEST_CASE("the system has the impedance of the line at any complex frequency") {
+  for (const int end : {0, 1, 2, 3})
+    for (const bool yields : {false, true}) {
+      CAPTURE(end);
+      const TransmissionLine line(tube_of(end, yields), gas, "tube", 0.01);
+      const auto [storage, rates] = line_system(line);
+      for (const std::complex<double> s : {std::complex<double>(-30.0, 900.0), {200.0, 7000.0}}) {
+        Eigen::MatrixXcd matrix = -rates.cast<std::complex<double>>();
+        matrix.diagonal() += s * storage.cast<std::complex<double>>();
+        const Eigen::VectorXcd into = Eigen::VectorXcd::Unit(storage.size(), 0);
+        const std::complex<double> found = matrix.partialPivLu().solve(into)[0],
+                                   expected = line.response(s).impedance;
+        CHECK(std::abs(found - expected) < 1e-9 * std::abs(expected));
+      }
+    }
+}
+
 TEST_CASE("a tube held at its far end has the impedance and the resonances of its waves") {
   const double length = 0.2, area = 3e-4;
   const TransmissionLine line(Tube{{length}, {area}, PressureSupply{}, {}, 0.0}, gas, "tube", 1e-3);
