@@ -93,6 +93,7 @@ def test_no_onset_in_the_range_is_a_result() -> None:
     assert (result.least_stable.real < 0).all()
 
 
+@pytest.mark.slow
 def test_a_range_that_begins_above_the_onset_says_so() -> None:
     result = found(folds(gap=1e-4), start=600.0, stop=900.0)
     assert result.first is None
@@ -133,6 +134,7 @@ def scene_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_the_command_writes_onset_growth_and_a_picture(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

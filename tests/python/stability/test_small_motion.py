@@ -152,10 +152,11 @@ def test_with_hardly_any_flow_modes_have_their_damping(motion: SmallMotion) -> N
         other = motion.with_modes(motion.modes)
         other.damping = damping
         other.loads = 1e-9 * motion.loads
-        pairs = np.sort_complex(1j * other.spectrum(1.0).pairs)
-        # The same basis, made anew, has the same frequencies.
-        np.testing.assert_allclose(np.sort(-pairs.real), np.sort(expected.imag), rtol=1e-6)
-        np.testing.assert_allclose(np.sort(pairs.imag), np.sort(expected.real), rtol=1e-6)
+        pairs = other.spectrum(1.0).pairs
+        pairs = pairs[np.argsort(pairs.imag)]
+        slow = expected[expected.imag < 2 * np.pi * 5e3]
+        assert 30 < len(pairs) == len(slow)
+        np.testing.assert_allclose(pairs, slow, rtol=1e-6)
 
 
 def test_fewer_modes_are_those_that_a_basis_of_fewer_has(motion: SmallMotion) -> None:
