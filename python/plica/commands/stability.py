@@ -211,6 +211,8 @@ def _onset_text(found: Onset) -> str:
                 what = "grows" if one.grows_above else "decays"
                 lines.append(f"further      above {one.pressure:.5g} Pa it {what} ({one.frequency:.4g} Hz)")
     lines.append(f"damping      {found.damping}")
+    if found.symmetry:
+        lines.append(f'oscillations symmetric ones alone, as symmetry = "{found.symmetry}" says')
     if found.end:
         lines.append(f"ends         {found.end}")
     return "\n".join(lines)

@@ -103,6 +103,7 @@ def _content(found: Onset) -> Mapping[str, Any]:
         "range": [float(found.pressure[0]), float(found.pressure[-1])],
         "damping": found.damping,
         "modes": found.modes,
+        "symmetry": found.symmetry,
         "crossings": [asdict(one) for one in found.crossings],
         "end": found.end or None,
         "remarks": list(found.remarks),

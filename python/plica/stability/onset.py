@@ -86,6 +86,8 @@ class Onset:
     """What to check before trusting it."""
     damping: str
     modes: int
+    symmetry: str | None
+    """Of the scene, which all oscillations have; None where all were looked at."""
 
     @property
     def first(self) -> Crossing | None:
@@ -261,6 +263,7 @@ class _Search:
             remarks=self._remarks(first, pressures, spectra),
             damping=self.motion.damping.description,
             modes=self.motion.modes,
+            symmetry=self.motion.scene.symmetry,
         )
 
     def _truncation(self, first: Crossing) -> tuple[float | None, float | None]:

@@ -90,6 +90,7 @@ def test_no_onset_in_the_range_is_a_result() -> None:
     assert result.crossings == ()
     assert result.participation == ()
     assert result.pressure[-1] == 300.0
+    assert result.symmetry is None
     assert (result.least_stable.real < 0).all()
 
 
