@@ -28,6 +28,7 @@ _STEPS = 20  # of Newton's method; the flow has kinks
 _PARTS = 8  # of the pressure; a step is longer than one that led on, half as long as one that did not
 _NEAR = 0.2  # of each area: within which an equilibrium is of the branch that foretold it
 _LEAST_PART = 1e-4  # of the pressure: below, there is no equilibrium further on
+_SINGULAR = 0.1  # -, of an eigenvalue that is 0 at a fold, and 1 without flow
 _NO_DROP = 1e-9  # Pa, which drives no flow
 
 
@@ -111,6 +112,7 @@ class EquilibriumBranch:
         )
         self._known: list[FlowEquilibrium] = []  # by rising pressure
         self._end = self._reason = ""  # why the branch ends; why the last attempt failed
+        self._jacobians: list[Floats] = []  # of the last attempt
         self._compliance: tuple[bytes, Floats] | None = None
         if overlap := self._overlap(self.rest_widths):
             raise InvalidInput(
@@ -156,7 +158,7 @@ class EquilibriumBranch:
                 self._known.append(found)
                 step *= 1.5
             elif step < _LEAST_PART * pressure:
-                self._end = self._reason or "Newton's method does not lead on"
+                self._end = self._reason or self._how_it_ends()
             else:
                 step *= 0.5
         if self.reached == pressure:
@@ -167,6 +169,18 @@ class EquilibriumBranch:
     def reached(self) -> float:
         """[Pa] The highest pressure at which the equilibrium is known; 0 before any."""
         return self._known[-1].subglottal_pressure if self._known else 0.0
+
+    def _how_it_ends(self) -> str:
+        """A branch turns back where the Jacobian of Newton's method is singular, or changes the sign of its
+        determinant at a kink of the flow."""
+        if self._known:
+            last = self._known[-1]
+            slope = self._slope(last.tangent, self.area_compliance(last.open_widths))
+            if np.abs(np.linalg.eigvals(slope) - 1).min() < _SINGULAR:
+                return "it turns back there (a fold)"
+        if len({float(np.linalg.slogdet(one)[0]) for one in self._jacobians}) > 1:
+            return "it turns back there, at a kink of the flow"
+        return "Newton's method does not lead on"
 
     def _place(self, pressure: float) -> int:
         return bisect_left([one.subglottal_pressure for one in self._known], pressure)
@@ -211,6 +225,7 @@ class EquilibriumBranch:
         y, size = guess, np.inf
         count = len(self._height)
         self._reason = ""
+        self._jacobians = []
         guessed = np.asarray(self.flow.areas(self.rest_widths + self.width_responses @ y))
         for iteration in range(_STEPS + 1):
             if not y[-2] - y[-1] > _NO_DROP:
@@ -227,6 +242,7 @@ class EquilibriumBranch:
             if not np.isfinite(size) or iteration == _STEPS:
                 return None
             jacobian = np.eye(count + 2) - self._slope(tangent, self.area_compliance(widths > 0))
+            self._jacobians.append(jacobian)
             try:
                 step = np.linalg.solve(jacobian, -residual)
             except np.linalg.LinAlgError:

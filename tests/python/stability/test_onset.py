@@ -109,6 +109,11 @@ def test_a_range_beyond_the_end_of_the_equilibrium_ends_there() -> None:
     assert f"{result.pressure[-1]:.6g} Pa" in result.end
 
 
+def test_an_equilibrium_that_turns_back_at_a_kink_of_the_flow_says_so() -> None:
+    result = found(folds(gap=2e-4, stiffness=0.2, viscosity=3.0), start=1000.0, stop=3000.0)
+    assert "it turns back there, at a kink of the flow" in result.end
+
+
 def test_participating_modes_have_all_the_energy_and_the_frequencies_of_eigenmodes(narrow: Onset) -> None:
     shares = [one.share for one in narrow.participation]
     assert sum(shares) == pytest.approx(1)
