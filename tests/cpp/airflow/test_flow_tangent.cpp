@@ -11,12 +11,12 @@ using namespace plica;
 
 namespace {
 
-Airflow glottis(const Airflow::Options& options) {
+Airflow small_glottis(const Airflow::Options& options) {
   static const TetMesh mesh = slit(1e-3, 14e-3, 8e-3);
   return Airflow(mesh, mesh.surface("airway"), options);
 }
 
-Airflow::Options frictionless(int sections) {
+Airflow::Options without_friction(int sections) {
   Airflow::Options options;
   options.model = ViscousSlit{1.2, 0.0, 3e-4};
   options.area = CutSections{sections};
@@ -24,7 +24,7 @@ Airflow::Options frictionless(int sections) {
 }
 
 /// A throat in the middle, m^2.
-Vector converging(std::ptrdiff_t count) {
+Vector areas_with_a_throat(std::ptrdiff_t count) {
   Vector a(count);
   for (std::ptrdiff_t i = 0; i < count; ++i)
     a[i] = 1e-6 * (5 + 0.8 * std::pow(static_cast<double>(i - count / 2) - 0.3, 2));
@@ -34,8 +34,8 @@ Vector converging(std::ptrdiff_t count) {
 }  // namespace
 
 TEST_CASE("without friction pressures answer to their own area and to the throat's as Bernoulli says") {
-  const Airflow airflow = glottis(frictionless(9));
-  const Vector a = converging(9);
+  const Airflow airflow = small_glottis(without_friction(9));
+  const Vector a = areas_with_a_throat(9);
   const Air air{700.0, 1.2, 20.0};
   const FlowTangent found = flow_tangent(airflow, a, air);
   const double D = 680, r = 1.2, m = a[4];
@@ -56,10 +56,10 @@ TEST_CASE("without friction pressures answer to their own area and to the throat
 }
 
 TEST_CASE("a small change of areas and pressures with friction is that of the tangent, to second order") {
-  Airflow::Options options = frictionless(24);
+  Airflow::Options options = without_friction(24);
   options.model = ViscousSlit{};
-  const Airflow airflow = glottis(options);
-  const Vector a = 0.1 * converging(24);
+  const Airflow airflow = small_glottis(options);
+  const Vector a = 0.1 * areas_with_a_throat(24);
   const Air air{800.0, 1.2, 30.0};
   const FlowTangent found = flow_tangent(airflow, a, air);
   REQUIRE(found.pressure_by_area.cwiseAbs().maxCoeff() > 0);
@@ -83,10 +83,10 @@ TEST_CASE("a small change of areas and pressures with friction is that of the ta
 }
 
 TEST_CASE("what walls displace comes from below by the tangent's share") {
-  Airflow::Options options = frictionless(12);
+  Airflow::Options options = without_friction(12);
   options.model = ViscousSlit{};
-  const Airflow airflow = glottis(options);
-  const Vector a = 0.2 * converging(12);
+  const Airflow airflow = small_glottis(options);
+  const Vector a = 0.2 * areas_with_a_throat(12);
   const Air air{800.0, 1.2};
   const FlowTangent found = flow_tangent(airflow, a, air);
   AirwayExpansion moving{2e-7, Vector(12), -1e-7};
@@ -96,8 +96,8 @@ TEST_CASE("what walls displace comes from below by the tangent's share") {
 }
 
 TEST_CASE("two equal throats are a kink, and a flow that has no drop has no tangent") {
-  const Airflow airflow = glottis(frictionless(9));
-  Vector a = converging(9);
+  const Airflow airflow = small_glottis(without_friction(9));
+  Vector a = areas_with_a_throat(9);
   a[6] = a[4];
   CHECK(flow_tangent(airflow, a, {700.0, 1.2}).kink > 0.1);
   CHECK_THROWS_AS(flow_tangent(airflow, a, {0.0, 1.2}), InvalidInput);
@@ -105,10 +105,10 @@ TEST_CASE("two equal throats are a kink, and a flow that has no drop has no tang
 }
 
 TEST_CASE("the thesis's flow answers with its section of separation held") {
-  Airflow::Options options = frictionless(9);
+  Airflow::Options options = without_friction(9);
   options.model = Bernoulli{};
-  const Airflow airflow = glottis(options);
-  const Vector a = converging(9);
+  const Airflow airflow = small_glottis(options);
+  const Vector a = areas_with_a_throat(9);
   const FlowTangent found = flow_tangent(airflow, a, {700.0, 1.2});
   CHECK(found.state.separation == 4);
   CHECK(found.pressure_by_area(2, 4) == approx(-2 * 700 * a[4] / (a[2] * a[2])).epsilon(1e-7));

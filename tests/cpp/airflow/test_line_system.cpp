@@ -14,9 +14,9 @@ using namespace plica;
 
 namespace {
 
-constexpr Gas gas{1.2, 350.0, 1.8e-5};
+constexpr Gas warm_air{1.2, 350.0, 1.8e-5};
 
-Tube tube_of(int end, bool yields) {
+Tube any_tube(int end, bool yields) {
   Tube tube{{0.02, 0.05, 0.1}, {1e-4, 4e-4, 2e-4}, Radiation{}, {}, 1000.0};
   if (end == 1) tube.end = PressureSupply{1.0, 0.0};
   if (end == 2) tube.end = PressureSupply{0.3, 1e-5};
@@ -31,7 +31,7 @@ TEST_CASE("the midpoint rule on the system is a substep of the line") {
   for (const int end : {0, 2, 3})
     for (const bool yields : {false, true}) {
       CAPTURE(end);
-      const TransmissionLine line(tube_of(end, yields), gas, "tube", 0.01);
+      const TransmissionLine line(any_tube(end, yields), warm_air, "tube", 0.01);
       const LineSystem system = line_system(line);
       REQUIRE(system.storage.size() == line.size());
       const double h = 5e-6, flow = 2e-4, flow_then = 3e-4;
@@ -54,7 +54,7 @@ TEST_CASE("the midpoint rule on the system is a substep of the line") {
 TEST_CASE("no tube gains energy by itself") {
   for (const int end : {0, 1, 2, 3})
     for (const bool yields : {false, true}) {
-      const LineSystem system = line_system(TransmissionLine(tube_of(end, yields), gas, "tube", 0.01));
+      const LineSystem system = line_system(TransmissionLine(any_tube(end, yields), warm_air, "tube", 0.01));
       const Eigen::MatrixXd symmetric = 0.5 * (system.rates + system.rates.transpose());
       CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric).eigenvalues().maxCoeff() <=
             1e-12 * system.rates.cwiseAbs().maxCoeff());
@@ -65,7 +65,7 @@ TEST_CASE("the system has the impedance of the line at any complex frequency") {
   for (const int end : {0, 1, 2, 3})
     for (const bool yields : {false, true}) {
       CAPTURE(end);
-      const TransmissionLine line(tube_of(end, yields), gas, "tube", 0.01);
+      const TransmissionLine line(any_tube(end, yields), warm_air, "tube", 0.01);
       const auto [storage, rates] = line_system(line);
       for (const std::complex<double> s : {std::complex<double>(-30.0, 900.0), {200.0, 7000.0}}) {
         Eigen::MatrixXcd matrix = -rates.cast<std::complex<double>>();
@@ -80,22 +80,22 @@ TEST_CASE("the system has the impedance of the line at any complex frequency") {
 
 TEST_CASE("a tube held at its far end has the impedance and the resonances of its waves") {
   const double length = 0.2, area = 3e-4;
-  const TransmissionLine line(Tube{{length}, {area}, PressureSupply{}, {}, 0.0}, gas, "tube", 1e-3);
+  const TransmissionLine line(Tube{{length}, {area}, PressureSupply{}, {}, 0.0}, warm_air, "tube", 1e-3);
   const auto [storage, rates] = line_system(line);
   const std::complex<double> s(40.0, 2 * pi * 300);
   Eigen::MatrixXcd matrix = -rates.cast<std::complex<double>>();
   matrix.diagonal() += s * storage.cast<std::complex<double>>();
   const Eigen::VectorXcd into = Eigen::VectorXcd::Unit(storage.size(), 0);
   const std::complex<double> found = matrix.partialPivLu().solve(into)[0],
-                             expected =
-                                 gas.density * gas.sound_speed / area * std::tanh(s * length / gas.sound_speed);
+                             expected = warm_air.density * warm_air.sound_speed / area *
+                                        std::tanh(s * length / warm_air.sound_speed);
   CHECK(std::abs(found - expected) < 1e-4 * std::abs(expected));
 
   const Eigen::MatrixXd scaled = storage.cwiseInverse().asDiagonal() * rates;
   const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(scaled, false).eigenvalues();
   for (const int k : {1, 2, 3}) {
-    const double frequency = (2 * k - 1) * gas.sound_speed / (4 * length),
-                 y = pi * frequency * 1e-3 / gas.sound_speed;
+    const double frequency = (2 * k - 1) * warm_air.sound_speed / (4 * length),
+                 y = pi * frequency * 1e-3 / warm_air.sound_speed;
     double nearest = 1e9;
     for (const auto& value : values)
       nearest = std::min(nearest, std::abs(value - std::complex<double>(0, 2 * pi * frequency * std::sin(y) / y)));
