@@ -133,6 +133,18 @@ GIVEN: dict[str, Given] = {
     "subglottal_pressure": Given(LARYNX, "airflow.subglottal_pressure = 0.8"),
     "air_density": Given(LARYNX, "airflow.air_density = 1230"),
     "air_viscosity": Given(LARYNX, "airflow.model.viscous_slit.air_viscosity = 1.8e-3"),
+    "sound_speed": Given(
+        LARYNX, "tract.uniform = { length = 0.17, area = 3e-4 }\nairflow.sound_speed = 35000"
+    ),
+    "tube_length": Given(LARYNX, "tract.uniform = { length = 0.017, area = 3e-4 }"),
+    "tube_area": Given(LARYNX, "trachea.uniform = { length = 0.15, area = 0.025 }"),
+    "supplied_flow": Given(
+        LARYNX,
+        """\
+trachea.uniform = { length = 0.15, area = 2e-4 }
+trachea.supply.flow.flow = 0.02
+airflow.rise = 1e-3""",
+    ),
     "stiffness": Given(LARYNX, 'tissue.body.E = "20 MPa"\ntime.scheme.newmark = {}'),
     "tissue_density": Given(LARYNX, "tissue.body.density = 1.04e6"),
     "viscosity": Given(LARYNX, "tissue.body.viscosity = 350"),

@@ -36,7 +36,12 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Motion& full, const Modal
 }
 
 Vector ReducedFlow::moving(const AirwayPressure& pressure, const AirwayPressure& begun) const {
-  if (!ends_) return pressure.sections;
+  if (!ends_) {
+    if (!pressure.same_ends(begun))
+      throw InvalidInput(
+          "ReducedFlow: the pressure at the ends has changed within a step; must be made with ends.");
+    return pressure.sections;
+  }
   Vector all = pressure.all();
   all[all.size() - 2] -= begun.below;
   all[all.size() - 1] -= begun.above;

@@ -20,8 +20,8 @@ Computes formants and bandwidths of the vocal tract of SCENE, over a closed glot
 use: poles of its transfer function, with its walls, friction and radiation. Nothing is simulated.
 
 examples:
-  plica formants scene.toml
-  plica formants scene.toml --to 8000 -o formants.csv
+  plica formants vowel.toml
+  plica formants vowel.toml --to 8000 -o formants.csv
 
 A scene has a tract with the table [tract]: of one area, of sections, a vowel, or a CSV file of distance and
 area. See plica keys tract.

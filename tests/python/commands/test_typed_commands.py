@@ -55,6 +55,10 @@ PICTURES = (
     "plica flow frame10.png frame11.png -o ab.flo --preset fast",
     "plica flow frame10.png frame11.png -o ab.flo --mask tissue.png",
 )
+FORMANTS = (
+    "plica formants vowel.toml",
+    "plica formants vowel.toml --to 8000 -o formants.csv",
+)
 STABILITY = (
     "plica eigenmodes voice.toml",
     "plica eigenmodes voice.toml -o runs/modes --count 50",
@@ -128,7 +132,7 @@ PYTHON = {
 """Which tests run the Python blocks of each page."""
 
 PROGRAMS = ("plica ", "python -m benchmarks ")
-RUN = (*FIRST_SESSION, *SCENE_SESSION, *VIDEO_SESSION, *PICTURES, *STABILITY, *QUESTIONS)
+RUN = (*FIRST_SESSION, *SCENE_SESSION, *VIDEO_SESSION, *PICTURES, *FORMANTS, *STABILITY, *QUESTIONS)
 
 
 def _typed(command: str) -> None:
@@ -237,6 +241,19 @@ def test_commands_on_a_voice_at_rest_go_as_they_are_shown(
         _typed(command)
     names = {"plica": plica, "scene": scene}
     exec(compile(*python_blocks("docs/onset.md"), "onset.md", "exec"), names)
+
+
+def test_commands_on_a_tract_go_as_they_are_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("vowel.toml").write_text((ROOT / "examples" / "vowel.toml").read_text())
+    for command in FORMANTS:
+        _typed(command)
+    assert "F1 " in capsys.readouterr().out
+    assert Path("formants.csv").read_text().startswith("formant,frequency (Hz),bandwidth (Hz)")
+    _typed("plica keys tract")
+    _typed("plica keys trachea")
 
 
 @pytest.mark.slow
