@@ -87,14 +87,6 @@ if __name__ == "__main__":
     chosen = parser.parse_args()
     record(
         f"{chosen.of}_length",
-        [
-            "length (m)",
-            "c / 4 L (Hz)",
-            "f0 (Hz)",
-            "periods' scatter (%)",
-            "area (mm^2)",
-            "peak flow (ml/s)",
-            "MFDR (m^3/s^2)",
-        ],
+        COLUMNS,
         rows(chosen),
     )

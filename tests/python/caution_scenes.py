@@ -142,7 +142,7 @@ GIVEN: dict[str, Given] = {
         LARYNX,
         """\
 trachea.uniform = { length = 0.15, area = 2e-4 }
-trachea.supply.flow.flow = 0.02
+trachea.supply.flow.flow = 2e-6
 airflow.rise = 1e-3""",
     ),
     "stiffness": Given(LARYNX, 'tissue.body.E = "20 MPa"\ntime.scheme.newmark = {}'),

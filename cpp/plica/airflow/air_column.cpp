@@ -75,11 +75,11 @@ AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes) : 
   if (tubes.trachea) trachea_.emplace(*tubes.trachea, gas, "Trachea", step);
   if (tubes.tract) tract_.emplace(*tubes.tract, gas, "Tract", step);
   const auto* supply = tubes.trachea ? std::get_if<FlowSupply>(&tubes.trachea->end) : nullptr;
-  if (!supply) return;
-  if (!(airflow.options().rise > 0))
-    throw InvalidInput("Airflow", "rise", airflow.options().rise, "s", "> 0 where a flow is supplied",
-                       "It begins in still air.");
-  supplied_flow_ = supply->flow;
+  const bool closed = tubes.tract && std::holds_alternative<FlowSupply>(tubes.tract->end);
+  if ((supply || closed) && !(airflow.options().rise > 0))
+    throw InvalidInput("Airflow", "rise", airflow.options().rise, "s",
+                       "> 0 where a flow is supplied or the tract is closed", "It begins in still air.");
+  if (supply) supplied_flow_ = supply->flow;
 }
 
 double AirColumn::source(const Air& air) const {

@@ -38,6 +38,9 @@ void Tube::validate(const char* where) const {
   if (const auto* supply = std::get_if<PressureSupply>(&end)) {
     check(supply->reflection >= 0 && supply->reflection <= 1, "reflection", supply->reflection, "", "in [0, 1]");
     check(not_negative(supply->volume), "volume", supply->volume, "m^3", ">= 0 and finite");
+    if (supply->volume > 0 && supply->reflection == 1)
+      throw InvalidInput(where, "volume", supply->volume, "m^3", "0 with a reflection of 1",
+                         "Nothing is behind a pressure that is held.");
   }
   if (const auto* supply = std::get_if<FlowSupply>(&end)) {
     check(not_negative(supply->volume), "volume", supply->volume, "m^3", ">= 0 and finite");

@@ -22,7 +22,7 @@ struct Radiation {};
 /// between is rho c / A (1 - reflection) / (1 + reflection).
 struct PressureSupply {
   double reflection = 1.0;  // in [0, 1]
-  double volume = 0.0;      // m^3, >= 0: air at the far end that gives way
+  double volume = 0.0;      // m^3, >= 0: air at the far end that gives way; 0 with a reflection of 1
 };
 
 /// A flow that varies by time alone enters at the far end: closed where it is 0.

@@ -18,6 +18,8 @@ struct AirflowPart {
   std::string surface = "airway";
   Airflow::Options flow;
   Coupling coupling = Iterated{};
+  /// Lagged and extrapolated loads are not stable between tubes unless steps are much shorter than usual ones: the
+  /// air that folds displace answers within the step. Iterated ones are.
   Tubes tubes{};
   void validate() const;  // throws InvalidInput: the coupling, and what of it must fit the flow
 };

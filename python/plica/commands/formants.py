@@ -21,7 +21,7 @@ use: poles of its transfer function, with its walls, friction and radiation. Not
 
 examples:
   plica formants vowel.toml
-  plica formants vowel.toml --to 8000 -o formants.csv
+  plica formants vowel.toml --to 4000 -o formants.csv
 
 A scene has a tract with the table [tract]: of one area, of sections, a vowel, or a CSV file of distance and
 area. See plica keys tract.
@@ -44,7 +44,7 @@ def _formants(options: argparse.Namespace) -> int:
     from plica.runs.tubes import tract_formants
     from plica.units import number
 
-    number("Formants", "--to", options.highest, 100.0, 20e3, "Hz")
+    number("Formants", "--to", options.highest, 100.0, 6e3, "Hz")
     scene = plica.Scene.load(options.scene)
     if scene.tract is None or scene.airflow is None:
         raise InvalidInput(

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["add_commands"]
 
+_PAIRS = 10  # printed
+
 _MODES_HELP = """\
 Computes the modes of vibration of a scene's tissue without air and contact: frequency, damping ratio by the
 tissue's viscosity, residual, the mass that a shape of largest displacement 1 has, and whether it is its
@@ -152,7 +154,8 @@ def _onset(options: argparse.Namespace) -> int:
         _refuse_with_at(options)
         with as_options(("onset",), names):
             pairs = growth(scene, options.at, **given)
-        print(_pairs_table(pairs))
+        if not options.quiet:
+            print(_pairs_table(pairs))
         return 0
     _prepared(options.directory, ONSET_FILES, options.overwrite)
     given |= {name: value for name in ("start", "stop") if (value := getattr(options, name)) is not None}
@@ -175,12 +178,16 @@ def _refuse_with_at(options: argparse.Namespace) -> None:
     for name, value in (("--from", options.start), ("--to", options.stop), ("-o", options.directory)):
         if value is not None:
             raise InvalidInput(f"{name} = {value} with --at; must be left out: it is one pressure, printed.")
+    if options.overwrite:
+        raise InvalidInput("--overwrite with --at; must be left out: nothing is written.")
 
 
 def _pairs_table(pairs: Any) -> str:
     lines = [f"{'growth (1/s)':>12}  {'frequency (Hz)':>14}  {'damping ratio':>13}"]
-    for s in pairs[:10]:
+    for s in pairs[:_PAIRS]:
         lines.append(f"{s.real:>12.4f}  {s.imag / (2 * np.pi):>14.4f}  {-s.real / abs(s):>13.5f}")
+    if len(pairs) > _PAIRS:
+        lines.append(f"the {_PAIRS} least stable of {len(pairs)}")
     return "\n".join(lines)
 
 

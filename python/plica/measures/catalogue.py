@@ -759,7 +759,10 @@ _QUANTITIES = (
     _energy("contact_work", "Work of the contact", "J", "at the end of the run"),
     _energy("friction_loss", "Friction loss", "J", "minus the work of friction, over the run"),
     _energy(
-        "air_supplied_energy", "Energy supplied to the air", "J", "by the subglottal pressure, over the run"
+        "air_supplied_energy",
+        "Energy supplied to the air",
+        "J",
+        "by the pressure difference along the glottis, over the run",
     ),
     _energy("air_viscous_energy", "Air's viscous loss", "J", "of the energy supplied, over the run"),
     _accuracy(

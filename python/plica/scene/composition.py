@@ -144,13 +144,19 @@ def _tube_without_airflow(scene: Any) -> Fault:
     return ((given[0],), None) if given and scene.airflow is None else None
 
 
-def _supplied_flow_at_once(scene: Any) -> Fault:
-    supplied = scene.trachea is not None and scene.trachea.supply.flow is not None
-    return (
-        (("airflow", "rise"), 0.0)
-        if supplied and scene.airflow is not None and scene.airflow.rise == 0
-        else None
+def _begins_with_a_flow(scene: Any) -> Fault:
+    still = (scene.trachea is not None and scene.trachea.supply.flow is not None) or (
+        scene.tract is not None and scene.tract.end.closed is not None
     )
+    at_once = scene.airflow is not None and scene.airflow.rise == 0
+    return (("airflow", "rise"), 0.0) if still and at_once else None
+
+
+def _explicit_between_tubes(scene: Any) -> Fault:
+    if scene.airflow is None or (scene.tract is None and scene.trachea is None) or _is_explicit(scene):
+        return None
+    coupling = scene.airflow.coupling
+    return None if coupling.iterated is not None else (("airflow", "coupling"), None)
 
 
 COMBINATIONS = (
@@ -166,11 +172,20 @@ COMBINATIONS = (
     Combination(
         "Scene",
         "airflow.rise = 0",
-        "trachea.supply.flow",
+        'trachea.supply.flow, tract.end = "closed"',
         "must be > 0 s",
-        "a flow begins in still air. Give the time over which it rises, such as 5 ms.",
+        "a flow begins in still air. Give the time over which the pressure rises, such as 5 ms.",
         "physics",
-        _supplied_flow_at_once,
+        _begins_with_a_flow,
+    ),
+    Combination(
+        "Scene",
+        'airflow.coupling = "lagged" or "extrapolated"',
+        "tract, trachea",
+        'must be "iterated"',
+        "pressures at the folds follow their motion within the step; with those foretold it is not stable.",
+        "physics",
+        _explicit_between_tubes,
     ),
     Combination(
         "Scene",

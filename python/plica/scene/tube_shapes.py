@@ -14,10 +14,15 @@ from plica.errors import InvalidInput
 from plica.storage.files import require_file
 from plica.units import read_quantity
 
-__all__ = ["VOWELS", "Profile", "read_profile", "vowel_profile"]
+__all__ = ["LONGEST", "VOWELS", "WIDEST", "Profile", "read_profile", "vowel_profile"]
 
 Profile = tuple[tuple[float, ...], tuple[float, ...]]
 """Lengths (m) and areas (m^2) of the parts of a tube, from the glottis on."""
+
+LONGEST = 10.0
+"""m, of all parts of a tube together."""
+WIDEST = 1.0
+"""m^2"""
 
 _PART = 2.5e-3
 """m, the longest part that a smooth shape is cut into."""
@@ -119,6 +124,16 @@ def _check(distance: NDArray[np.float64], area: NDArray[np.float64], where: str)
         raise InvalidInput(
             f"{where}: distance {k + 1} of {len(distance)} is {distance[k]:g} m; must be > the one before, "
             f"{distance[k - 1]:g} m: rows go from the glottis to the far end."
+        )
+    if distance[-1] > LONGEST:
+        raise InvalidInput(
+            f"{where}: the last distance is {distance[-1]:g} m; must be <= {LONGEST:g} m. Is the unit right?"
+        )
+    if (area > WIDEST).any():
+        k = int(np.argmax(area > WIDEST))
+        raise InvalidInput(
+            f"{where}: area {k + 1} of {len(area)} is {area[k]:g} m^2; must be <= {WIDEST:g} m^2. Is the "
+            "unit right?"
         )
     if (area <= 0).any():
         k = int(np.argmax(area <= 0))

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from plica.errors import InvalidInput
 from plica.scene.part import OneOf, Part, engine_default, problem
-from plica.scene.tube_shapes import Profile, read_profile, vowel_profile
+from plica.scene.tube_shapes import LONGEST, WIDEST, Profile, read_profile, vowel_profile
 from plica.units import (
     Area,
     Frequency,
@@ -40,15 +40,13 @@ __all__ = [
     "YieldingWall",
 ]
 
-_LONGEST = 10.0  # m, of all parts together
-
 
 class Uniform(Part):
     """A tube of one area."""
 
-    length: Annotated[Length, Field(gt=0, le=_LONGEST)]
+    length: Annotated[Length, Field(gt=0, le=LONGEST)]
     """[m] From the glottis to the far end."""
-    area: Annotated[Area, Field(gt=0, le=1)]
+    area: Annotated[Area, Field(gt=0, le=WIDEST)]
     """[m^2] Of the cross-section."""
 
     def profile(self) -> Profile:
@@ -60,10 +58,12 @@ class Sections(Part):
     """A tube of parts that are uniform each, from the glottis on."""
 
     length: Annotated[
-        tuple[Annotated[Length, Field(gt=0, le=_LONGEST)], ...], Field(min_length=1, max_length=10_000)
+        tuple[Annotated[Length, Field(gt=0, le=LONGEST)], ...], Field(min_length=1, max_length=10_000)
     ]
     """[m] Of each part."""
-    area: Annotated[tuple[Annotated[Area, Field(gt=0, le=1)], ...], Field(min_length=1, max_length=10_000)]
+    area: Annotated[
+        tuple[Annotated[Area, Field(gt=0, le=WIDEST)], ...], Field(min_length=1, max_length=10_000)
+    ]
     """[m^2] Of each part."""
 
     @model_validator(mode="after")
@@ -73,9 +73,9 @@ class Sections(Part):
                 f"must have one area for each of the {len(self.length)} lengths; it has {len(self.area)}."
             )
             raise problem(relation, "area")
-        if sum(self.length) > _LONGEST:
+        if sum(self.length) > LONGEST:
             raise problem(
-                f"must add up to at most {_LONGEST:g} m.",
+                f"must add up to at most {LONGEST:g} m.",
                 "length",
                 value=sum(self.length),
                 unit=" m. Is the unit right?",
@@ -93,8 +93,8 @@ class Vowel(Part):
 
     name: Literal["schwa", "a", "i", "u"]
     """Which one."""
-    length: Annotated[Length, Field(gt=0, le=_LONGEST)] = 0.17
-    """[m] From the glottis to the lips; formants go with its inverse."""
+    length: Annotated[Length, Field(gt=0, le=LONGEST)] = 0.17
+    """[m] From the glottis to the lips. Shorter, formants are higher, the first less than in proportion."""
 
     def profile(self) -> Profile:
         """Lengths and areas of its parts, from the glottis on."""
@@ -164,7 +164,14 @@ class PressureSupply(Part):
     """[-] Share of a wave that comes back: 1 where the end holds the pressure itself, 0 where nothing comes
     back. The steady flow pays for it: the resistance in between is rho c / A (1 - r) / (1 + r)."""
     volume: Annotated[Volume, Field(ge=0)] = Field(default_factory=engine_default("PressureSupply", "volume"))
-    """[m^3] Of air at the far end, which gives way."""
+    """[m^3] Of air at the far end, which gives way; with a reflection below 1."""
+
+    @model_validator(mode="after")
+    def _gives_way(self) -> Self:
+        if self.volume > 0 and self.reflection == 1:
+            relation = "must be 0: nothing is behind a pressure that is held. Give a reflection < 1."
+            raise problem(relation, "volume", value=self.volume)
+        return self
 
 
 class FlowSupply(Part):

@@ -75,7 +75,12 @@ def aspiration_flow(
             f"Sound: aspiration with time.step = {1e6 / rate:.4g} us; must be < {0.5e6 / _BAND[1]:.4g} us "
             f"for noise to {_BAND[1]:g} Hz. Use a smaller time.step."
         )
-    number = reynolds_number(flow, length, air(scene_text), _viscosity(scene_text))
+    viscosity = _viscosity(scene_text)
+    if viscosity == 0:
+        raise InvalidInput(
+            "Sound: aspiration with air_viscosity = 0; must be > 0: its level follows from it."
+        )
+    number = reynolds_number(flow, length, air(scene_text), viscosity)
     level = np.maximum(number**2 - critical_reynolds_number**2, 0.0)
     return np.asarray(level * _noise(flow.size, rate, seed))
 
@@ -95,6 +100,6 @@ def _viscosity(scene_text: str) -> float:
     model = (scene_table(scene_text, "airflow") or {}).get("model")
     table = model.get("viscous_slit") if isinstance(model, dict) else None
     try:
-        return float(read_quantity((table or {})["air_viscosity"], "Pa*s")) or _VISCOSITY
+        return float(read_quantity((table or {})["air_viscosity"], "Pa*s"))
     except (KeyError, ValueError):
         return _VISCOSITY

@@ -36,7 +36,6 @@ __all__ = [
 
 usual_distance = 0.3  # m, from the lips: of microphones and of published levels
 audio_rate = 48000.0  # Hz
-sound_speed = 350.0  # m/s, of moist air at 35 degrees Celsius
 _FEWEST = 16  # steps, below which there is no sound
 _LIPS = "lip_flow"
 _EVEN = 1e-3  # of a step, by which times of equidistant steps may differ from it
@@ -57,6 +56,8 @@ class FarField:
         m.
     density : float
         kg/m^3, of the air.
+    sound_speed : float
+        m/s, in it.
     band : float
         Hz, up to which the run's step and the rate leave sound.
     source : str
@@ -68,6 +69,7 @@ class FarField:
     begin: float
     distance: float
     density: float
+    sound_speed: float
     band: float
     source: str
 
@@ -123,7 +125,7 @@ def far_field(
     slope = resampled_slope(flow, step, rate)
     pressure = density / (4.0 * np.pi * distance) * slope
     band = passed_share * min(rate, 1.0 / step)
-    return FarField(pressure, rate, float(time[0]), distance, density, band, source)
+    return FarField(pressure, rate, float(time[0]), distance, density, sound_speed(scene_text), band, source)
 
 
 def radiating_flow(waveforms: Mapping[str, Array]) -> tuple[Floats, str]:
@@ -143,12 +145,21 @@ def radiating_flow(waveforms: Mapping[str, Array]) -> tuple[Floats, str]:
 
 def air(scene_text: str) -> float:
     """kg/m^3, density of the air of a scene; the engine's default where the scene does not say."""
+    return _of_air(scene_text, "air_density", "kg/m^3")
+
+
+def sound_speed(scene_text: str) -> float:
+    """m/s, in the air of a scene; the engine's default where the scene does not say."""
+    return _of_air(scene_text, "sound_speed", "m/s")
+
+
+def _of_air(scene_text: str, name: str, unit: str) -> float:
     table = scene_table(scene_text, "airflow") or {}
     try:
-        return float(read_quantity(table["air_density"], "kg/m^3"))
+        return float(read_quantity(table[name], unit))
     except (KeyError, ValueError):
         defaults: dict[str, Any] = _engine.Airflow._defaults
-        return float(defaults["air_density"])
+        return float(defaults[name])
 
 
 def equidistant(time: Floats, signal: Floats) -> tuple[Floats, Floats]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,11 +107,19 @@ def growth(
 ) -> Complex:
     """Eigenvalues s (k) 1/s of small oscillations exp(s t) under a pressure, the least stable first.
 
-    Parameters are those of `onset`; raises SolveFailed where there is no equilibrium under this pressure.
+    Parameters are those of `onset`; raises SolveFailed where there is no equilibrium under this pressure, and
+    where the equilibrium is left without oscillation (a real eigenvalue is positive): no tissue stays in it.
     """
     wanted = quantity("onset", "at", pressure, "Pa", _LOWEST, _HIGHEST)
     motion = SmallMotion(scene, modes, Damping(zeta, loss_factor), mesh)
-    return motion.spectrum(wanted).pairs
+    found = motion.spectrum(wanted)
+    if found.fastest > 0:
+        raise SolveFailed(
+            f"Equilibrium with the flow: at {wanted:g} Pa it is left without oscillation, growing by "
+            f"{found.fastest:.4g} 1/s; must not be, for oscillations about it to mean anything. Take a lower "
+            "pressure."
+        )
+    return found.pairs
 
 
 def onset(
@@ -219,7 +228,8 @@ class _Search:
             if not new:
                 return
             for pressure in sorted(new):
-                self._at(pressure)
+                with suppress(SolveFailed):  # the equilibrium ends between two pressures: `end` says so
+                    self._at(pressure)
 
     def _changes(self) -> list[tuple[float, float]]:
         pressures, found = self._sorted()
@@ -232,7 +242,10 @@ class _Search:
         pressure = _root(lambda p: self._at(p).growth, low, high, self.spectra)
         spectrum = self.spectra[pressure]
         near = 1e-3 * pressure
-        slope = (self.motion.spectrum(pressure + near).growth - spectrum.growth) / near
+        try:
+            slope = (self.motion.spectrum(pressure + near).growth - spectrum.growth) / near
+        except SolveFailed:  # the equilibrium ends just there
+            slope = (spectrum.growth - self.motion.spectrum(pressure - near).growth) / near
         return Crossing(pressure, spectrum.frequency, grows, slope)
 
     def _result(self, crossings: tuple[Crossing, ...]) -> Onset:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -39,7 +40,7 @@ class Damping:
     def __post_init__(self) -> None:
         for name, value in (("zeta", self.ratio), ("loss_factor", self.loss_factor)):
             if value is not None:
-                number("onset", name, value, 0.0, 1.0, "")
+                number("onset", name, value, 1e-6, 1.0, "")
         if self.ratio is not None and self.loss_factor is not None:
             raise InvalidInput(
                 f"onset: zeta = {self.ratio:g} with loss_factor = {self.loss_factor:g}; must be one of them."
@@ -184,11 +185,21 @@ class SmallMotion:
             values, found = np.linalg.eigvals(matrix), None
         values = np.asarray(values, dtype=complex)
         speed = values.imag / (2 * np.pi)
+        still = self._still(values) if self.damping.loss_factor is None else self._still_by_viscosity(rest)
         swinging = np.flatnonzero((speed > _SLOWEST) & (speed < _FASTEST))
         swinging = swinging[np.argsort(-values.real[swinging], kind="stable")]
-        still = values.real[np.abs(speed) <= _SLOWEST]
         shapes = None if found is None else np.asarray(found[: len(self.squares), swinging], dtype=complex)
-        return Spectrum(rest, values[swinging], float(still.max(initial=-np.inf)), shapes)
+        return Spectrum(rest, values[swinging], still, shapes)
+
+    @staticmethod
+    def _still(values: Complex) -> float:
+        return float(values.real[np.abs(values.imag) <= 2 * np.pi * _SLOWEST].max(initial=-np.inf))
+
+    def _still_by_viscosity(self, rest: FlowEquilibrium) -> float:
+        """A loss factor makes complex what does not oscillate; with viscosity its sign is the same."""
+        viscous = copy(self)
+        viscous.damping = Damping()
+        return self._still(np.asarray(np.linalg.eigvals(viscous.matrix(rest)), dtype=complex))
 
     def matrix(self, rest: FlowEquilibrium) -> NDArray[Any]:
         """(m, m) of z' = A z: z are coordinates, their rates, and the states of the tubes."""

@@ -54,6 +54,12 @@ def plan_levels(
 
     The plan is stored in the folder, so that a second call with the same options continues it.
     """
+    trachea = run.scene.trachea
+    if start is not None and trachea is not None and trachea.supply.flow is not None:
+        raise InvalidInput(
+            "Uncertainty: trachea.supply is a flow; must be a pressure: levels begin in the voice, not in "
+            "still air. Compare runs of other steps and meshes with plica compare."
+        )
     mine = Own.of(run)
     candidates = _candidates(run, cycles, start, other, mine.basis)
     names = sorted(candidates)

@@ -164,6 +164,10 @@ TEST_CASE("tubes that nothing drives, or that drive what they must not, are refu
   tubes.trachea->end = FlowSupply{0.0, 1e-4};
   CHECK(said(later, tubes).empty());
   CHECK(said(at_once, tubes).find("begins in still air") != std::string::npos);
+  tubes.trachea.reset();
+  tubes.tract = Tube{{0.1}, {2e-4}, FlowSupply{}};
+  CHECK(said(later, tubes).empty());
+  CHECK(said(at_once, tubes).find("begins in still air") != std::string::npos);
   tubes.tract = Tube{{0.1}, {2e-4}, FlowSupply{0.0, 1e-4}};
   CHECK(said(later, tubes).find("Its end is not driven") != std::string::npos);
 }

@@ -67,12 +67,12 @@ TEST_CASE("what enters a tube without losses is stored or radiated, to round-off
     for (const int end : {0, 1, 2, 3}) {
       Tube tube{{0.02, 0.05, 0.1}, {1e-4, 4e-4, 2e-4}, Radiation{}, {}, 0.0};
       if (end == 1) tube.end = PressureSupply{1.0, 0.0};
-      if (end == 2) tube.end = PressureSupply{1.0, 1e-5};
+      if (end == 2) tube.end = FlowSupply{};
       if (end == 3) tube.end = FlowSupply{2e-5};
       if (yields) tube.wall = YieldingWall{21.0, 0.0, 8.45e5};
       const TransmissionLine line(tube, gas, "tube");
       LineStep step(line, 5e-5);
-      const auto source = [&](int i) { return end == 3 ? -2e-4 * std::sin(0.3 * i) : 300 * std::cos(0.2 * i); };
+      const auto source = [&](int i) { return end >= 2 ? -2e-4 * std::sin(0.3 * i) : 300 * std::cos(0.2 * i); };
       const auto flow = [](int i) { return 2e-4 * std::sin(0.11 * i) + 1e-4; };
       Vector state = line.steady(flow(0), source(0));
       LineWork work;
@@ -419,6 +419,7 @@ TEST_CASE("tubes that are none are refused by name") {
   contains({{0.1, 0.1}, {1e-4, NAN}}, "area of part 1");
   contains({{0.1}, {1e-4}, PressureSupply{1.1}}, "reflection");
   contains({{0.1}, {1e-4}, PressureSupply{1, -1}}, "volume");
+  contains({{0.1}, {1e-4}, PressureSupply{1, 1e-3}}, "a reflection of 1");
   contains({{0.1}, {1e-4}, FlowSupply{-1}}, "volume");
   contains({{0.1}, {1e-4}, Radiation{}, YieldingWall{0}}, "mass of the wall");
   contains({{0.1}, {1e-4}, Radiation{}, YieldingWall{1, -1}}, "resistance of the wall");

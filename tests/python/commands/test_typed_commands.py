@@ -57,7 +57,7 @@ PICTURES = (
 )
 FORMANTS = (
     "plica formants vowel.toml",
-    "plica formants vowel.toml --to 8000 -o formants.csv",
+    "plica formants vowel.toml --to 4000 -o formants.csv",
 )
 STABILITY = (
     "plica eigenmodes voice.toml",

@@ -27,8 +27,12 @@ ON_BOX = {
 # Of each row, by option and other: changes of a larynx with airflow and contact by multipliers.
 CHANGES: dict[tuple[str, str], dict[str, Any]] = {
     ("tract, trachea", "no airflow"): {"tract": {"vowel": {"name": "a"}}, "airflow": None},
-    ("airflow.rise = 0", "trachea.supply.flow"): {
+    ("airflow.rise = 0", 'trachea.supply.flow, tract.end = "closed"'): {
         "trachea": {"uniform": {"length": 0.15, "area": 2e-4}, "supply": {"flow": {"flow": 2e-4}}},
+    },
+    ('airflow.coupling = "lagged" or "extrapolated"', "tract, trachea"): {
+        "tract": {"vowel": {"name": "a"}},
+        "airflow.coupling": "extrapolated",
     },
     ("symmetry", "mesh.block or mesh.blocks"): {**ON_BOX, "symmetry": "half", "initial": None},
     ("initial.opening_velocity, initial.opening_displacement", "mesh.block or mesh.blocks"): {

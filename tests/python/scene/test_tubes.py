@@ -19,6 +19,7 @@ def test_a_scene_with_tubes_is_the_same_when_read_again(phonating: plica.Scene) 
     for tract in (UNIFORM, SECTIONS, {"vowel": {"name": "i"}, "wall": "rigid", "end": "closed"}):
         scene = phonating.replace(
             {
+                "airflow.rise": "5 ms",
                 "tract": {**tract, "friction_frequency": "500 Hz"},
                 "trachea": {
                     **UNIFORM,
@@ -95,6 +96,9 @@ BAD: list[tuple[dict[str, Any], str]] = [
         "airflow.rise = 0",
     ),
     ({"trachea": {**UNIFORM, "end": "open"}}, "end"),
+    ({"tract": {**UNIFORM, "end": "closed"}}, "airflow.rise = 0"),
+    ({"tract": UNIFORM, "airflow.coupling": "lagged"}, r'airflow\.coupling: must be "iterated"'),
+    ({"trachea": {**UNIFORM, "supply": {"pressure": {"volume": "1 l"}}}}, "volume = .*nothing is behind"),
     ({"tract": UNIFORM, "airflow": None}, "tract.*nothing flows into them"),
     ({"airflow.sound_speed": 0}, "sound_speed = .*> 0"),
     ({"tract": {"file": "a.csv", **SECTIONS}}, "beside sections"),
@@ -122,7 +126,8 @@ BAD_FILES = {
     "distance (cm),area (cm^2)\n0,1\n2,wide\n": 'line 3: area is "wide"',
     "distance (cm),area (cm^2)\n0,1\n2\n": "line 3: area is missing",
     "distance (cm),area (cm^2)\n0,1\ninf,1\n": "line 3: distance is inf",
-    "distance (m),area (cm^2)\n0,1\n17,1\n": "add up to at most 10 m",
+    "distance (m),area (cm^2)\n0,1\n170,1\n": "last distance is 170 m; must be <= 10 m",
+    "distance (cm),area (m^2)\n0,3\n17,3\n": "area 1 of 2 is 3 m",
 }
 
 

@@ -17,7 +17,7 @@ from plica.measures.record import Array, Floats, time_step
 from plica.measures.recorded import marks
 from plica.measures.sound_quality import cepstral_band, harmonic_differences, sound_measures
 from plica.measures.stationary import fewest
-from plica.sound.far_field import FarField, equidistant, far_field, sound_speed
+from plica.sound.far_field import FarField, equidistant, far_field
 from plica.sound.voice import reference_pressure
 
 __all__ = ["radiation_measures"]
@@ -50,6 +50,8 @@ def radiation_measures(
     except InvalidInput as error:
         reason = str(error).removeprefix("Sound: ").rstrip(".")
         return [absent(name, reason) for name in _names()]
+    if not np.any(field.pressure):
+        return [absent(name, "nothing moves at the lips: no sound leaves them") for name in _names()]
     jumps = _stopped_at_once(time, waveforms, cycles)
     coarse = _coarse(field, time_step(time))
     even, flow = equidistant(time, np.asarray(waveforms["flow"], dtype=float))
@@ -71,7 +73,10 @@ def radiation_measures(
         ),
     ]
     return [
-        _of(field.source, _sampled(item, time_step(even), cycles))
+        _of(
+            "the glottal flow" if item.name == "sound_jitter" else field.source,
+            _sampled(item, time_step(even), cycles),
+        )
         if CATALOGUE[item.name].group == "Sound"
         else item
         for item in noted
@@ -144,7 +149,7 @@ def _efficiency(
         return absent(name, "the subglottal pressure is not known")
     aerodynamic = pressure * _means("flow", time, waveforms, cycles)
     square = cycle_means(field.time, field.pressure**2, cycles)
-    radiated = 4.0 * np.pi * field.distance**2 / (field.density * sound_speed) * square
+    radiated = 4.0 * np.pi * field.distance**2 / (field.density * field.sound_speed) * square
     share = np.divide(radiated, aerodynamic, out=np.full(cycles.count, np.nan), where=aerodynamic > 0)
     return per_cycle(name, cycles, share, cautions=doubts)
 
