@@ -17,7 +17,7 @@ import pytest
 import plica
 from plica.commands.main import main
 from plica.identify import load
-from repository import EXAMPLES, SCENES
+from repository import EXAMPLES, SCENES, copied_example
 
 TINY: dict[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
 STEPS = 10
@@ -50,10 +50,7 @@ def test_there_is_an_example_of_each_kind() -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_an_example_runs_at_small_size(name: str, tmp_path: Path) -> None:
-    shutil.copytree(EXAMPLES, tmp_path / "examples")
-    if maker := {"own_mesh.toml": "make_mesh.py", "own_folds.toml": "make_folds.py"}.get(name):
-        runpy.run_path(str(tmp_path / "examples" / maker))
-    scene = small(tmp_path / "examples" / name)
+    scene = small(copied_example(name, tmp_path))
     run = plica.run(scene, tmp_path / "run", progress=False)
     assert run.status == "finished"
     assert run.steps == STEPS
