@@ -138,6 +138,12 @@ GIVEN: dict[str, Given] = {
     ),
     "tube_length": Given(LARYNX, "tract.uniform = { length = 0.017, area = 3e-4 }"),
     "tube_area": Given(LARYNX, "trachea.uniform = { length = 0.15, area = 0.025 }"),
+    "supply_volume": Given(
+        LARYNX,
+        """\
+trachea.uniform = { length = 0.15, area = 2e-4 }
+trachea.supply.pressure = { reflection = 0.5, volume = 3 }""",
+    ),
     "supplied_flow": Given(
         LARYNX,
         """\

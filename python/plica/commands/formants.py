@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plica.commands.arguments import add_command
+from plica.commands.output import print_cautions
 
 if TYPE_CHECKING:
     from plica.measures.formants import Formant
@@ -42,6 +43,7 @@ def _formants(options: argparse.Namespace) -> int:
     import plica
     from plica.errors import InvalidInput
     from plica.runs.tubes import tract_formants
+    from plica.scene.plausibility import tube_cautions
     from plica.units import number
 
     number("Formants", "--to", options.highest, 100.0, 6e3, "Hz")
@@ -61,6 +63,7 @@ def _formants(options: argparse.Namespace) -> int:
         print(f"F{k:<2} {formant.frequency:7.0f} Hz {formant.bandwidth:7.0f} Hz")
     if not found:
         print(f"none up to {options.highest:g} Hz")
+    print_cautions(tube_cautions(scene))
     if options.output is not None:
         _write(options.output, found)
         print(f"\nwritten: {options.output}")

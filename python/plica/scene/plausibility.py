@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from plica.scene.scene import Scene
 
-__all__ = ["BOUNDS", "Bound", "scene_cautions"]
+__all__ = ["BOUNDS", "Bound", "scene_cautions", "tube_cautions"]
 
 _PREFIXES = {-3: "n", -2: "u", -1: "m", 0: "", 1: "k", 2: "M"}
 
@@ -127,6 +127,14 @@ BOUNDS: dict[str, Bound] = {
         "Half the constriction of a fricative (10 mm^2) to a trumpet's bell (100 cm^2); a tract has 0.3 to "
         "15, a trachea 2 to 3 cm^2.",
         {"cm^2": 1e-4, "mm^2": 1e-6},
+    ),
+    "supply_volume": Bound(
+        1e-6,
+        0.02,
+        "m^3",
+        "Lungs and the vessels of rigs have",
+        "A millilitre (below that the volume changes nothing) to three times the lungs of an adult (6 l).",
+        {"l": 1e-3, "ml": 1e-6},
     ),
     "supplied_flow": Bound(
         5e-6,
@@ -268,8 +276,24 @@ def scene_cautions(scene: Scene, mesh: MeshArrays) -> tuple[Caution, ...]:
     bodies = body_cautions(scene, mesh)
     if scene.airflow is None:
         return (*_file_caution(scene, mesh), *bodies)
-    found = []
-    quantities = list(_quantities(scene))
+    return (
+        *_implausible(list(_quantities(scene))),
+        *_gravity_caution(scene),
+        *_layer_caution(scene, mesh),
+        *_posture_caution(scene),
+        *_rise_caution(scene),
+        *_mesh_caution(scene, scene.airflow.surface, mesh),
+        *bodies,
+    )
+
+
+def tube_cautions(scene: Scene) -> tuple[Caution, ...]:
+    """Those of `scene_cautions` on trachea and tract."""
+    return tuple(_implausible(list(_tube_quantities(scene))))
+
+
+def _implausible(quantities: list[tuple[str, str, float]]) -> Iterator[Caution]:
+    """One for each kind, of kind, path and value."""
     for name, bound in BOUNDS.items():
         beyond = [
             (path, value) for kind, path, value in quantities if kind == name and not bound.holds(value)
@@ -278,16 +302,7 @@ def scene_cautions(scene: Scene, mesh: MeshArrays) -> tuple[Caution, ...]:
             path, value = beyond[0]
             rest = f" (and {', '.join(path for path, _ in beyond[1:])})" if beyond[1:] else ""
             seen = f"{path} = {value:g} {bound.unit}{rest}. {bound.whose} {bound.span()}."
-            found.append(Caution(name, seen, bound.question(value)))
-    return (
-        *found,
-        *_gravity_caution(scene),
-        *_layer_caution(scene, mesh),
-        *_posture_caution(scene),
-        *_rise_caution(scene),
-        *_mesh_caution(scene, scene.airflow.surface, mesh),
-        *bodies,
-    )
+            yield Caution(name, seen, bound.question(value))
 
 
 def _gravity_caution(scene: Scene) -> Iterator[Caution]:
@@ -367,8 +382,14 @@ def _tube_quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
         yield "tube_length", f"length of the {name}", sum(length)
         for extreme in {min(area), max(area)}:
             yield "tube_area", f"area of the {name}", extreme
-    if scene.trachea is not None and (supply := scene.trachea.supply.flow) is not None:
-        yield "supplied_flow", "trachea.supply.flow.flow", supply.flow
+    if scene.trachea is None:
+        return
+    supply = scene.trachea.supply
+    if supply.flow is not None:
+        yield "supplied_flow", "trachea.supply.flow.flow", supply.flow.flow
+        yield "supply_volume", "trachea.supply.flow.volume", supply.flow.volume
+    if supply.pressure is not None:
+        yield "supply_volume", "trachea.supply.pressure.volume", supply.pressure.volume
 
 
 def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:

@@ -150,6 +150,11 @@ def sound(
     time, waveforms = np.asarray(run.time, dtype=float), run.waveforms
     given: dict[str, Any] = {"distance": meters, "rate": float(rate)}
     found = far_field(time, waveforms, run.scene_text, **given)
+    if "lip_flow" in waveforms and not np.any(found.pressure):
+        raise InvalidInput(
+            "Sound: nothing moves at the lips; a tract must be open for a sound to leave it. Is tract.end "
+            '"closed"?'
+        )
     noise = None
     if aspiration:
         added = aspiration_flow(time, waveforms, run.scene_text, length, seed)

@@ -50,8 +50,6 @@ def radiation_measures(
     except InvalidInput as error:
         reason = str(error).removeprefix("Sound: ").rstrip(".")
         return [absent(name, reason) for name in _names()]
-    if not np.any(field.pressure):
-        return [absent(name, "nothing moves at the lips: no sound leaves them") for name in _names()]
     jumps = _stopped_at_once(time, waveforms, cycles)
     coarse = _coarse(field, time_step(time))
     even, flow = equidistant(time, np.asarray(waveforms["flow"], dtype=float))
@@ -59,6 +57,9 @@ def radiation_measures(
         *declination_measures(even, flow, cycles, jumps),
         *harmonic_differences("flow", even, flow, cycles, cautions=jumps),
     ]
+    if not np.any(field.pressure):
+        closed = "nothing moves at the lips: no sound leaves them"
+        return [*noted, *(absent(name, closed) for name in _of_sound())]
     doubts = [*jumps, *coarse]
     noted += [
         _level(field, cycles, doubts),
@@ -86,8 +87,11 @@ def radiation_measures(
 def _names() -> list[str]:
     """Those of this module that a run without a sound does not determine."""
     slopes = ("maximum_flow_declination_rate", "normalised_amplitude_quotient")
-    sounds = [e.name for e in CATALOGUE.values() if e.group == "Sound" and e.source != "video"]
-    return [*slopes, "flow_h1_h2", "flow_h2_h4", *sounds]
+    return [*slopes, "flow_h1_h2", "flow_h2_h4", *_of_sound()]
+
+
+def _of_sound() -> list[str]:
+    return [e.name for e in CATALOGUE.values() if e.group == "Sound" and e.source != "video"]
 
 
 def _of(source: str, item: Measure) -> Measure:
