@@ -84,7 +84,7 @@ def test_a_spectrogram_has_the_level_and_the_time_of_a_tone() -> None:
     rate = 24000.0
     time = np.arange(24000) / rate
     pressure = np.where(time > 0.5, 0.2 * np.sqrt(2) * np.sin(2 * np.pi * 1000 * time), 0.0)
-    window, at, level = _spectrogram(FarField(pressure, rate, 0.0, 0.3, 1.2, 9000.0, "a tone"))
+    window, at, level = _spectrogram(FarField(pressure, rate, 0.0, 0.3, 1.2, 350.0, 9000.0, "a tone"))
     assert window == pytest.approx(0.025)
     assert level.shape[1] == at.size == 300
     late = level[:, at > 0.55][:, :-20]
