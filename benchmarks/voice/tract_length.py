@@ -21,6 +21,7 @@ import plica
 from benchmarks.harness.record import ROOT
 from benchmarks.harness.study import record, script_parser
 from plica.measures.cycles import find_cycles
+from plica.measures.flow_pulse import steepest_falls
 
 AREA, REFLECTION = 3e-4, 0.9
 DURATION, FROM = 0.3, 0.15  # s
@@ -68,7 +69,7 @@ def _row(scene: plica.Scene, length: float) -> list[object]:
     if cycles.count < 3:
         return [length, first, None, None, None, None, cycles.note]
     periods = np.diff(cycles.starts)
-    declination = -np.gradient(flow[late], time[late]).min()
+    declination = np.nanmean(steepest_falls(time[late], flow[late], cycles))
     return [
         length,
         first,

@@ -17,6 +17,11 @@ struct SeenTube {
   double steady_resistance;
 };
 
+SeenTube seen(const Tube& tube, const AirflowPart& part, const char* where) {
+  const TransmissionLine line(tube, gas_of(part.flow, part.tubes.sound_speed), where);
+  return {line_system(line), line.steady_resistance()};
+}
+
 /// The airflow of a simulation by itself: through given areas, under given pressures at its ends.
 class GlottalFlow {
  public:
@@ -74,22 +79,18 @@ class GlottalFlow {
     return map;
   }
   const Airflow& airflow() const { return *airflow_; }
-  std::optional<SeenTube> trachea() const { return seen(tubes().trachea, "Trachea"); }
-  std::optional<SeenTube> tract() const { return seen(tubes().tract, "Tract"); }
+  std::optional<SeenTube> trachea() const { return open(part().tubes.trachea, "Trachea"); }
+  std::optional<SeenTube> tract() const { return open(part().tubes.tract, "Tract"); }
 
  private:
-  const Tubes& tubes() const { return simulation_.scene().airflow->tubes; }
-  std::optional<SeenTube> seen(const std::optional<Tube>& tube, const char* where) const {
+  const AirflowPart& part() const { return *simulation_.scene().airflow; }
+  std::optional<SeenTube> open(const std::optional<Tube>& tube, const char* where) const {
     if (!tube) return std::nullopt;
     if (std::holds_alternative<FlowSupply>(tube->end))
       throw InvalidInput(std::string("GlottalFlow: ") + where +
                          ": the far end is closed, or supplied by a flow; must be open, or held at a pressure: "
                          "equilibria and oscillations are those under a pressure.");
-    const auto* slit = std::get_if<ViscousSlit>(&airflow_->options().model);
-    const Gas gas{airflow_->options().air_density, tubes().sound_speed,
-                  slit ? slit->air_viscosity : Gas{}.viscosity};
-    const TransmissionLine line(*tube, gas, where);
-    return SeenTube{line_system(line), line.steady_resistance()};
+    return seen(*tube, part(), where);
   }
 
   const Simulation& simulation_;
@@ -125,6 +126,13 @@ void bind_tangent(py::module_& engine) {
 
 void bind_glottal_flow(py::module_& engine) {
   bind_tangent(engine);
+  engine.def(
+      "tract",
+      [](const AirflowPart& airflow) {
+        if (!airflow.tubes.tract) throw InvalidInput("Airflow: tract is missing; must be one of its options.");
+        return seen(*airflow.tubes.tract, airflow, "Tract");
+      },
+      py::arg("airflow"));
   py::class_<GlottalFlow>(engine, "GlottalFlow")
       .def(py::init<const SteppedSimulation&>(), py::arg("simulation"), py::keep_alive<1, 2>())
       .def("width_map", [](const GlottalFlow& self) { return give_csr(self.width_map()); })

@@ -101,8 +101,8 @@ __all__: list[str] = [
     "toeplitz_gram",
     "toeplitz_product",
     "toeplitz_transposed_product",
+    "tract",
     "triangulated_airway",
-    "tube_response",
     "waveforms",
     "within_hull",
 ]
@@ -1197,19 +1197,12 @@ def toeplitz_transposed_product(
     lags: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     x: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
+def tract(airflow: Airflow) -> SeenTube: ...
 def triangulated_airway(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
     second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> Airway: ...
-def tube_response(
-    tube: Tube,
-    *,
-    density: typing.SupportsFloat | typing.SupportsIndex,
-    sound_speed: typing.SupportsFloat | typing.SupportsIndex,
-    viscosity: typing.SupportsFloat | typing.SupportsIndex,
-    s: typing.Annotated[numpy.typing.ArrayLike, numpy.complex128],
-) -> tuple[numpy.typing.NDArray[numpy.complex128], numpy.typing.NDArray[numpy.complex128]]: ...
 def waveforms() -> list[Waveform]: ...
 def within_hull(
     sides: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],

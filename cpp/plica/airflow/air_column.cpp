@@ -19,6 +19,11 @@ void Tubes::validate() const {
     throw InvalidInput("Tract", "flow", supply->flow, "m^3/s", "0", "Its end is not driven.");
 }
 
+Gas gas_of(const Airflow::Options& flow, double sound_speed) {
+  const auto* slit = std::get_if<ViscousSlit>(&flow.model);
+  return {flow.air_density, sound_speed, slit ? slit->air_viscosity : ViscousSlit{}.air_viscosity};
+}
+
 std::vector<double> AirColumn::Memory::numbers() const {
   std::vector<double> numbers{flow_stopped ? 1.0 : 0.0};
   if (trachea.size() + tract.size() == 0) return numbers;
@@ -70,8 +75,7 @@ LineStep& AirColumn::Side::begin(double duration, double regular_duration) {
 AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes) : airflow_(&airflow), step_(step) {
   if (!tubes.any()) return;
   tubes.validate();
-  const auto* slit = std::get_if<ViscousSlit>(&airflow.options().model);
-  const Gas gas{airflow.options().air_density, tubes.sound_speed, slit ? slit->air_viscosity : Gas{}.viscosity};
+  const Gas gas = gas_of(airflow.options(), tubes.sound_speed);
   if (tubes.trachea) trachea_.emplace(*tubes.trachea, gas, "Trachea", step);
   if (tubes.tract) tract_.emplace(*tubes.tract, gas, "Tract", step);
   const auto* supply = tubes.trachea ? std::get_if<FlowSupply>(&tubes.trachea->end) : nullptr;

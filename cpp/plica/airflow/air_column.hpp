@@ -18,6 +18,9 @@ struct Tubes {
   void validate() const;  // throws InvalidInput
 };
 
+/// The air of tubes beside a flow: of its density and viscosity, or that of air where its model has none.
+Gas gas_of(const Airflow::Options& flow, double sound_speed);
+
 /// The air below and above the glottis: what drives the flow in a step, and what it remembers from step to step:
 /// whether contact stopped the flow, which matters to Bernoulli's alone, and the sound in its tubes, at the
 /// instant of the last step's load.

@@ -113,9 +113,17 @@ FlowState Airflow::evaluate(const Vector& areas, const Air& air, bool stopped, s
     throw InvalidInput("Airflow: areas are not finite; must be finite. Did the time step diverge?");
   if (separation && (*separation < 0 || *separation >= areas.size()))
     throw InvalidInput("Airflow", "separation", *separation, "", "in [0, " + std::to_string(areas.size()) + ")");
-  if (const auto* slit = std::get_if<ViscousSlit>(&options_.model))
-    return viscous_slit_flow(*slit, air, {sections_.height, length_}, areas, moving);
-  return bernoulli_flow(air, closed_area_, areas, stopped, separation, moving);
+  return std::visit(
+      [&](const auto& model) {
+        using Model = std::decay_t<decltype(model)>;
+        if constexpr (std::is_same_v<Model, ViscousSlit>) {
+          return viscous_slit_flow(model, air, {sections_.height, length_}, areas, moving);
+        } else {
+          static_assert(std::is_same_v<Model, Bernoulli>);
+          return bernoulli_flow(air, closed_area_, areas, stopped, separation, moving);
+        }
+      },
+      options_.model);
 }
 
 double Airflow::pressure_at(const Place& place, const AirwayPressure& pressure) {

@@ -40,10 +40,9 @@ def add_commands(commands: Any) -> None:
         "--distance",
         metavar="LENGTH",
         type=length,
-        default=0.3,
         help='from the lips, e.g. "30cm" (default: 0.3 m)',
     )
-    sound.add_argument("--rate", metavar="HZ", type=int, default=48000, help="default: 48000")
+    sound.add_argument("--rate", metavar="HZ", type=int, help="default: 48000")
     sound.add_argument(
         "--format",
         default="24",
@@ -57,7 +56,7 @@ def add_commands(commands: Any) -> None:
         help="pressure of a sample of 1 (default: just above the sound)",
     )
     sound.add_argument("--aspiration", action="store_true", help="add the noise of the jet")
-    sound.add_argument("--seed", metavar="N", type=int, default=1, help="of the noise (default: 1)")
+    sound.add_argument("--seed", metavar="N", type=int, help="of the noise (default: 1)")
     sound.add_argument("--overwrite", action="store_true", help="replace an existing file")
 
 
@@ -80,9 +79,14 @@ def _written(options: argparse.Namespace) -> int:
     if not path.absolute().parent.is_dir():
         raise InvalidInput(f"{path}: there is no directory {path.parent}; must be one.")
     refuse_overwriting([path], options.overwrite)
+    if options.seed is not None and not options.aspiration:
+        raise InvalidInput(
+            f"--seed = {options.seed} without --aspiration; must be with it: it is of its noise."
+        )
     run = plica.Run.load(options.directory)
+    given = {name: getattr(options, name) for name in ("distance", "rate", "seed")}
     made = run.sound(
-        distance=options.distance, rate=options.rate, aspiration=options.aspiration, seed=options.seed
+        aspiration=options.aspiration, **{name: value for name, value in given.items() if value is not None}
     )
     scale = made.save(path, options.full_scale, options.format)
     seconds = made.pressure.size / made.rate

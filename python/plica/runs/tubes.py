@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from plica import _engine
 from plica.measures.formants import Formant, formants
@@ -47,14 +46,8 @@ def _end(tract: Tract) -> Any:
 
 def tract_formants(tract: Tract, airflow: Airflow, highest: float = 5000.0) -> tuple[Formant, ...]:
     """The formants of a vocal tract over a closed glottis, up to this frequency (Hz)."""
-    tube = _tube(tract, _end(tract))
-    slit = airflow.model.viscous_slit
-    viscosity = _engine.ViscousSlit._defaults["air_viscosity"] if slit is None else slit.air_viscosity
-
-    def transfer(s: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        impedance, carried = _engine.tube_response(
-            tube, density=airflow.air_density, sound_speed=airflow.sound_speed, viscosity=viscosity, s=s
-        )
-        return carried if tract.end.closed is None else impedance
-
-    return formants(transfer, highest)
+    tubes = {"trachea": None, "tract": _tube(tract, _end(tract))}
+    system = _engine.tract(engine_options(airflow, **tubes))
+    wall = tract.wall.yielding
+    own = 0.0 if wall is None else np.sqrt(wall.stiffness / wall.mass) / (2 * np.pi)
+    return formants(np.asarray(system.rates) / np.asarray(system.storage)[:, None], highest, own)

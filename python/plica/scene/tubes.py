@@ -192,29 +192,40 @@ class Supply(OneOf):
     flow: FlowSupply | None = None
 
 
-def _with_sections(data: Any) -> Any:
-    """A file of distances and areas, as its sections: a scene that is stored needs it no more."""
-    if not isinstance(data, dict) or "file" not in data:
-        return data
-    if not isinstance(data["file"], (str, Path)):
-        raise problem("must be the path of a CSV file of distance and area.", "file", value=data["file"])
-    if "sections" in data:
-        raise problem("is given beside sections; must be one of them: both are the tube's shape.", "file")
-    try:
-        length, area = read_profile(Path(data["file"]))
-    except InvalidInput as error:
-        raise problem(str(error), "file") from None
-    rest = {name: value for name, value in data.items() if name != "file"}
-    return {**rest, "sections": {"length": list(length), "area": list(area)}}
+class _Tube(OneOf):
+    """What both tubes have."""
+
+    friction_frequency: Annotated[Frequency, Field(ge=0)] = Field(
+        default_factory=engine_default("Tube", "friction_frequency")
+    )
+    """[Hz] The air's friction at the wall is that of a boundary layer at this frequency; 0: none."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_file(cls, data: Any) -> Any:
+        """A file of distances and areas, as its sections: a scene that is stored needs it no more."""
+        if not isinstance(data, dict) or "file" not in data:
+            return data
+        if not isinstance(data["file"], (str, Path)):
+            raise problem("must be the path of a CSV file of distance and area.", "file", value=data["file"])
+        if "sections" in data:
+            raise problem("is given beside sections; must be one of them: both are the tube's shape.", "file")
+        try:
+            length, area = read_profile(Path(data["file"]))
+        except InvalidInput as error:
+            raise problem(str(error), "file") from None
+        rest = {name: value for name, value in data.items() if name != "file"}
+        return {**rest, "sections": {"length": list(length), "area": list(area)}}
+
+    @property
+    def profile(self) -> Profile:
+        """Lengths (m) and areas (m^2) of its parts, from the glottis on."""
+        shape: Any = self.choice
+        found: Profile = shape.profile()
+        return found
 
 
-def _profile(tube: OneOf) -> Profile:
-    shape: Any = tube.choice
-    found: Profile = shape.profile()
-    return found
-
-
-class Tract(OneOf):
+class Tract(_Tube):
     """The vocal tract, from the glottis to the lips: one of three shapes, or ``file = "tract.csv"``, a table
     of distance from the glottis and area there, with units in its header: ``distance (cm),area (cm^2)``."""
 
@@ -226,23 +237,9 @@ class Tract(OneOf):
     """Its wall."""
     end: TractEnd = Field(default_factory=lambda: TractEnd(open=Open()))
     """Its far end, the lips."""
-    friction_frequency: Annotated[Frequency, Field(ge=0)] = Field(
-        default_factory=engine_default("Tube", "friction_frequency")
-    )
-    """[Hz] The air's friction at the wall is that of a boundary layer at this frequency; 0: none."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_file(cls, data: Any) -> Any:
-        return _with_sections(data)
-
-    @property
-    def profile(self) -> Profile:
-        """Lengths (m) and areas (m^2) of its parts, from the glottis on."""
-        return _profile(self)
 
 
-class Trachea(OneOf):
+class Trachea(_Tube):
     """The air below the glottis, between it and the supply: one of two shapes, or ``file = "trachea.csv"``,
     a table of distance from the glottis and area there, with units in its header: ``distance (cm),area
     (cm^2)``."""
@@ -254,17 +251,3 @@ class Trachea(OneOf):
     """Its wall."""
     supply: Supply = Field(default_factory=lambda: Supply(pressure=PressureSupply()))
     """What drives the air at its far end."""
-    friction_frequency: Annotated[Frequency, Field(ge=0)] = Field(
-        default_factory=engine_default("Tube", "friction_frequency")
-    )
-    """[Hz] The air's friction at the wall is that of a boundary layer at this frequency; 0: none."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_file(cls, data: Any) -> Any:
-        return _with_sections(data)
-
-    @property
-    def profile(self) -> Profile:
-        """Lengths (m) and areas (m^2) of its parts, from the glottis on."""
-        return _profile(self)

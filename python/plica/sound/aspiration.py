@@ -19,6 +19,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from plica import _engine
 from plica.errors import InvalidInput
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.scene_text import scene_table
@@ -30,7 +31,6 @@ __all__ = ["aspiration_flow", "critical_reynolds_number", "reynolds_number"]
 critical_reynolds_number = 1200.0
 _BAND = (300.0, 3000.0)  # Hz
 _DENSITY = 2.0 * 4e-12**2 / (12.0 * 44100.0)  # (m^3/s)^2/Hz, one-sided
-_VISCOSITY = 1.8e-5  # Pa s, of air, where the flow model of the scene has none
 
 
 def reynolds_number(flow: Floats, length: float, density: float, viscosity: float) -> Floats:
@@ -96,10 +96,10 @@ def _noise(count: int, rate: float, seed: int) -> Floats:
 
 
 def _viscosity(scene_text: str) -> float:
-    """Pa s, of the air."""
+    """Pa s, of the air: that of a slit's usual one where the flow model has none."""
     model = (scene_table(scene_text, "airflow") or {}).get("model")
     table = model.get("viscous_slit") if isinstance(model, dict) else None
     try:
         return float(read_quantity((table or {})["air_viscosity"], "Pa*s"))
     except (KeyError, ValueError):
-        return _VISCOSITY
+        return float(_engine.ViscousSlit._defaults["air_viscosity"])

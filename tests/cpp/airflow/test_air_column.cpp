@@ -146,6 +146,18 @@ TEST_CASE("a flow that is supplied rises from none and has to pass the glottis")
   CHECK(flow.subglottal_pressure == approx(jet).epsilon(1e-5));
 }
 
+TEST_CASE("the air of tubes is that of the flow, whose model may have none of its viscosity") {
+  Airflow::Options options;
+  options.air_density = 1.1;
+  options.model = ViscousSlit{1.2, 2.5e-5};
+  Gas gas = gas_of(options, 345);
+  CHECK(gas.density == 1.1);
+  CHECK(gas.sound_speed == 345);
+  CHECK(gas.viscosity == 2.5e-5);
+  options.model = Bernoulli{};
+  CHECK(gas_of(options, 345).viscosity == ViscousSlit{}.air_viscosity);
+}
+
 TEST_CASE("tubes that nothing drives, or that drive what they must not, are refused") {
   const Airflow at_once = rising(0.0), later = rising(1e-3);
   const auto said = [](const Airflow& airflow, const Tubes& tubes) {

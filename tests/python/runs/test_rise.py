@@ -47,6 +47,20 @@ def test_a_run_that_ends_while_the_pressure_rises_has_no_cycles_and_says_why() -
     assert any("not reached" in caution for caution in found["subglottal_pressure"].cautions)
 
 
+def test_behind_a_trachea_what_rises_is_the_supply() -> None:
+    """The pressure below the glottis goes up and down with the voice for ever."""
+    run = Phonation().run()
+    share = np.minimum(run.time / RISE, 1.0)
+    below = 800.0 * share * (1 + 0.2 * np.sin(2 * np.pi * 200 * run.time))
+    run = replace(run, waveforms=dict(run.waveforms, supply_rise=share, subglottal_pressure=below))
+    assert risen(run.waveforms) == pytest.approx(RISE / 50e-6, abs=1)
+    of_pressure = replace(run, scene_text='[airflow]\nsubglottal_pressure = "800 Pa"\n[trachea]\n')
+    assert measure(of_pressure)["subglottal_pressure"].value == 800.0
+    assert measure(of_pressure)["subglottal_pressure"].cautions == ()
+    of_flow = replace(run, scene_text=of_pressure.scene_text + "[trachea.supply.flow]\nflow = 2e-4\n")
+    assert "subglottal_pressure" not in measure(of_flow)
+
+
 def test_without_a_rise_nothing_is_left_out() -> None:
     assert risen(Phonation().run().waveforms) == 0
 

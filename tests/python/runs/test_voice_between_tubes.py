@@ -9,6 +9,8 @@ import pytest
 
 import plica
 from interrupted_runs import assert_identical, kill_after, start
+from plica.report.run.page import sections
+from plica.report.run.reading import read
 
 TUBES = {
     "trachea": {
@@ -62,6 +64,7 @@ def test_a_run_without_tubes_has_none_of_their_waveforms(phonating: plica.Scene,
     plain = plica.run(phonating, tmp_path / "plain", progress=False)
     for name in (*ENERGIES, "lip_flow", "supply_rise", "flow_below", "supraglottal_pressure"):
         assert name not in plain.waveforms
+    assert "Air" not in dict(sections(read(plain)))
 
 
 @pytest.mark.slow
@@ -95,3 +98,9 @@ def test_a_supplied_flow_is_the_mean_flow(phonating: plica.Scene, tmp_path: Path
     late = w["time"] > 10e-3
     assert w["supply_rise"][-1] == 1.0
     assert w["flow_below"][late].mean() == pytest.approx(1e-4, rel=0.05)
+
+
+def test_the_report_shows_the_air_at_both_ends(voiced: plica.Run) -> None:
+    found = dict(sections(read(voiced)))
+    (drawing,) = found["Air"]
+    assert "out of the lips" in drawing.caption

@@ -145,6 +145,8 @@ def test_bad_files_are_refused(phonating: plica.Scene, tmp_path: Path, text: str
         ({"tract": {"uniform": {"length": "17 mm", "area": "3 cm^2"}}}, "tract"),
         ({"tract": {"uniform": {"length": "17 cm", "area": "3 mm^2"}}}, "tract"),
         ({"trachea": {"uniform": {"length": "15 cm", "area": "250 cm^2"}}}, "trachea"),
+        ({"tract": {"sections": {"length": [0.1, 0.1], "area": ["3 mm^2", "3 cm^2"]}}}, "area of the tract"),
+        ({"trachea": {"sections": {"length": [1.5, 1.5], "area": [3e-4, 3e-4]}}}, "length of the trachea"),
     ],
 )
 def test_tubes_that_no_person_has_are_cautioned_of(

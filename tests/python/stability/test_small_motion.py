@@ -185,6 +185,8 @@ def test_symmetric_oscillations_are_among_those_of_the_whole(motion: SmallMotion
         ({"pressure": -800.0}, "onset: at = -800 Pa; must be"),
         ({"pressure": "8 mm"}, "onset: at"),
         ({"pressure": "much"}, "onset: at"),
+        ({"zeta": 0.0}, "zeta = 0"),
+        ({"loss_factor": 0.0}, "loss_factor = 0"),
     ],
 )
 def test_arguments_out_of_range_are_refused(given: dict[str, object], text: str) -> None:
@@ -198,3 +200,31 @@ def test_tissue_without_any_damping_is_refused() -> None:
     with pytest.raises(plica.InvalidInput, match="no tissue has a viscosity; must be damped"):
         plica.growth(folds(gap=2e-4, viscosity=0.0), 500.0)
     assert len(plica.growth(folds(gap=2e-4, viscosity=0.0), 500.0, zeta=0.05))
+
+
+class Pair(SmallMotion):
+    """Two coordinates that the air couples: a force that does not derive from one takes them apart."""
+
+    def matrix(self, rest: Any) -> Any:
+        loss = self.damping.loss_factor
+        stiff = 1e6 * np.eye(2) * (1 if loss is None else 1 + 1j * loss)
+        damped = 1.0 * np.eye(2) if loss is None else np.zeros((2, 2))
+        return np.block([[np.zeros((2, 2)), np.eye(2)], [self.air - stiff, -damped]])
+
+
+@pytest.mark.parametrize("loss", [None, 0.12])
+def test_what_is_left_without_oscillation_is_seen_whatever_the_damping(loss: float | None) -> None:
+    """1e6 of stiffness under 1.01e6 and under 0.9e6 of air: the first turns the tissue over."""
+    motion = Pair(folds(gap=2e-4), 4, Damping(loss_factor=loss))
+    motion.air = np.diag([1.01e6, 0.0])  # type: ignore[attr-defined]
+    assert motion.spectrum(100.0).fastest == pytest.approx(np.sqrt(0.25 + 1e4) - 0.5, rel=1e-6)
+    motion.air = np.diag([0.9e6, 0.0])  # type: ignore[attr-defined]
+    assert motion.spectrum(100.0).fastest < 0
+
+
+def test_the_growth_about_a_state_that_is_left_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(SmallMotion, "_still", staticmethod(lambda values: 12.5))
+    with pytest.raises(
+        plica.SolveFailed, match=r"at 100 Pa it is left without oscillation, growing by 12\.5 1/s"
+    ):
+        plica.growth(folds(gap=2e-4), 100.0, modes=10)

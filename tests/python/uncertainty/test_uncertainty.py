@@ -21,6 +21,7 @@ from plica.measures.measure import Measures, whole
 from plica.runs import store
 from plica.uncertainty import estimate, sample
 from plica.uncertainty.level import PlannedLevel
+from plica.uncertainty.plan import plan_levels
 from plica.uncertainty.start import Start, _identity, _write, kept_start, widest_opening
 from stored_files import rewrite_text, set_status
 
@@ -181,6 +182,16 @@ def test_a_directory_without_a_run_is_refused(tmp_path: Path, capsys: pytest.Cap
     assert main(["uncertainty", str(tmp_path)]) == 2
     assert "there is no run in it" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_supplied_flow_is_refused_by_name(phonating: plica.Scene, tmp_path: Path) -> None:
+    """Its levels begin in the voice, where no flow can begin in still air."""
+    trachea = {"uniform": {"length": 0.15, "area": 2e-4}, "supply": {"flow": {"flow": 2e-4}}}
+    scene = phonating.replace({"trachea": trachea, "airflow.rise": "1 ms"})
+    run: Any = SimpleNamespace(scene=scene)
+    any_other: Any = SimpleNamespace()
+    with pytest.raises(plica.InvalidInput, match=r"trachea\.supply is a flow; must be a pressure"):
+        plan_levels(run, any_other, any_other, tmp_path, budget=1.0, other="auto")
 
 
 def test_a_run_that_did_not_finish_is_refused(ringing: Path) -> None:
