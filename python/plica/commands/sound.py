@@ -79,10 +79,6 @@ def _written(options: argparse.Namespace) -> int:
     if not path.absolute().parent.is_dir():
         raise InvalidInput(f"{path}: there is no directory {path.parent}; must be one.")
     refuse_overwriting([path], options.overwrite)
-    if options.seed is not None and not options.aspiration:
-        raise InvalidInput(
-            f"--seed = {options.seed} without --aspiration; must be with it: it is of its noise."
-        )
     run = plica.Run.load(options.directory)
     given = {name: getattr(options, name) for name in ("distance", "rate", "seed")}
     made = run.sound(
