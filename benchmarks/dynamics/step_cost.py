@@ -211,7 +211,7 @@ def _set_up(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
 
     import plica
     from plica import _engine
-    from plica.runs.build import materials_of
+    from plica.runs.materials import materials_of
 
     scene = scene_of(path, case)
     taken: dict[str, list[float]] = {}

@@ -25,7 +25,7 @@ from plica.identify import (
     TissueParameters,
 )
 from plica.identify.estimator.posterior import standard_deviations
-from plica.runs.build import materials_of
+from plica.runs.materials import materials_of
 from plica.scene.mesh.changed import changed_mesh
 from plica.scene.tissue_presets import TISSUE_PRESETS
 

@@ -18,7 +18,7 @@ from plica.measures.cycles import Cycles, weak
 from plica.measures.pulses import rising_crossings
 from plica.measures.run.measure import measure
 from plica.measures.stationary import fewest
-from plica.runs.build import materials_of
+from plica.runs.materials import materials_of
 from plica.scene.mesh.build import build_mesh
 
 MIDDLE = 0.5  # of the half-length: the middle half of the folds

@@ -2,6 +2,7 @@
 #include "dynamics_state.hpp"
 #include "engine.hpp"
 #include "options.hpp"
+#include "plica/dynamics/posture.hpp"
 #include "plica/dynamics/rigid_motion.hpp"
 #include "plica/dynamics/simulation.hpp"
 #include "plica/dynamics/statics.hpp"
@@ -235,6 +236,26 @@ py::array_t<double> equilibrium_of(const TetMesh& mesh, std::vector<Material> ma
   }());
 }
 
+/// The mesh at its posture, and how it was found.
+struct StretchedMesh {
+  std::shared_ptr<TetMesh> mesh;
+  int parts, iterations;
+};
+
+StretchedMesh stretched_mesh(const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
+                             const py::array& cell_material, const Held& fixed, const RealArray& held) {
+  const Tissue tissue{std::move(materials), std::move(names),
+                      to_indices(cell_material, "Tissue", "cell_material")};
+  const Supports supports = to_supports(fixed, mesh.node_count());
+  const Points at = to_points(held, "stretched", "held");
+  const Released released;
+  const Posture posture = stretched(mesh, tissue, supports, at);
+  StretchedMesh found{std::make_shared<TetMesh>(mesh), posture.parts, posture.iterations};
+  found.mesh->rest = mesh.points;
+  found.mesh->points += posture.displacement;
+  return found;
+}
+
 struct AtRest {
   Points displacement, contact_force;
   Vector contact_pressure;
@@ -330,6 +351,12 @@ void bind_dynamics(py::module_& engine) {
   bind_enforcement(engine);
   bind_reduction(engine);
   engine.def("free_bodies", &free_bodies, py::arg("mesh"), py::arg("fixed"));
+  py::class_<StretchedMesh>(engine, "StretchedMesh")
+      .def_readonly("mesh", &StretchedMesh::mesh)
+      .def_readonly("parts", &StretchedMesh::parts)
+      .def_readonly("iterations", &StretchedMesh::iterations);
+  engine.def("stretched", &stretched_mesh, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
+             py::arg("cell_material"), py::arg("fixed"), py::arg("held"));
   engine.def("equilibrium", &equilibrium_of, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
              py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("loads") = py::list(),
              py::arg("gravity") = py::none());

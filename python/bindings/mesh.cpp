@@ -17,7 +17,8 @@ std::unique_ptr<TetMesh> make_mesh(const RealArray& points, const py::array& cel
                                    const std::optional<py::array>& cell_layer,
                                    const std::optional<py::array>& cell_side, std::vector<std::string> layer_names,
                                    const std::map<std::string, py::array>& surfaces,
-                                   const std::map<std::string, py::array>& node_sets) {
+                                   const std::map<std::string, py::array>& node_sets,
+                                   const std::optional<RealArray>& rest) {
   const std::string where = "TetMesh";
   auto mesh = std::make_unique<TetMesh>();
   mesh->points = to_points(points, where, "points");
@@ -44,6 +45,7 @@ std::unique_ptr<TetMesh> make_mesh(const RealArray& points, const py::array& cel
     mesh->node_sets[name] = to_indices(nodes, where, label);
     check_nodes(mesh->node_sets[name], mesh->node_count(), where, label + " entry");
   }
+  if (rest) mesh->rest = to_points(*rest, where, "rest");
   return mesh;
 }
 
@@ -62,7 +64,7 @@ void bind_tet_mesh(py::module_& engine) {
   py::class_<TetMesh, std::shared_ptr<TetMesh>>(engine, "TetMesh")
       .def(py::init(&make_mesh), py::arg("points"), py::arg("cells"), py::arg("cell_layer") = py::none(),
            py::arg("cell_side") = py::none(), py::arg("layer_names") = py::list(),
-           py::arg("surfaces") = py::dict(), py::arg("node_sets") = py::dict())
+           py::arg("surfaces") = py::dict(), py::arg("node_sets") = py::dict(), py::arg("rest") = py::none())
       .def_property_readonly("points", [](py::object self) { return view(self.cast<TetMesh&>().points, self); })
       .def_property_readonly("cells", [](py::object self) { return view(self.cast<TetMesh&>().cells, self); })
       .def_property_readonly("cell_layer",
@@ -74,6 +76,12 @@ void bind_tet_mesh(py::module_& engine) {
                              [](py::object self) { return views(self.cast<TetMesh&>().surfaces, self); })
       .def_property_readonly("node_sets",
                              [](py::object self) { return views(self.cast<TetMesh&>().node_sets, self); })
+      .def_property_readonly("rest",
+                             [](py::object self) -> std::optional<py::array_t<double>> {
+                               const auto& mesh = self.cast<TetMesh&>();
+                               if (!mesh.stretched()) return std::nullopt;
+                               return view(mesh.rest, self);
+                             })
       .def_property_readonly("order", &TetMesh::order);
 
   engine.def("to_quadratic", &to_quadratic, py::arg("mesh"), py::call_guard<Released>());

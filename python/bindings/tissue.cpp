@@ -19,7 +19,8 @@ void bind_materials(py::module_& engine) {
                   option("fibre", &Fibred::fibre))
       .bind(engine);
   options<Material>("Material", required("elasticity", &Material::elasticity),
-                    option("density", &Material::density), option("viscosity", &Material::viscosity))
+                    option("density", &Material::density), option("viscosity", &Material::viscosity),
+                    option("stiffening", &Material::stiffening), option("active_stress", &Material::active_stress))
       .bind(engine)
       .def("validate", &Material::validate, py::arg("where"));
 
@@ -68,6 +69,13 @@ void bind_assembly(py::module_& engine) {
            [](const Assembly& a) { return assemble([&] { return a.assembler.stiffness(a.tissue); }); })
       .def("viscosity",
            [](const Assembly& a) { return assemble([&] { return a.assembler.viscosity(a.tissue); }); })
+      .def("stress",
+           [](const Assembly& a) {
+             return give([&] {
+               const Released released;
+               return a.assembler.stress(a.tissue);
+             }());
+           })
       .def("lumped_mass", [](const Assembly& a) { return give(a.assembler.lumped_mass(a.tissue)); });
 }
 

@@ -26,6 +26,7 @@ from plica.runs.flow_equilibrium import FlowEquilibrium, flow_equilibrium
 from plica.runs.reduce import reduce
 from plica.runs.results import Run
 from plica.runs.run import run
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.mesh.build import build_mesh
 from plica.scene.mesh.parts import Block, Blocks, Larynx, LarynxOptions, MeshFile, Sides
 from plica.scene.parts import (
@@ -62,6 +63,7 @@ from plica.scene.parts import (
     ViscousSlit,
     VolumePenalty,
 )
+from plica.scene.posture import Muscles, Posture
 from plica.scene.scene import Scene
 from plica.scene.tissue import Tissue, TissueSide
 from plica.scene.tissue_presets import TISSUE_PRESETS
@@ -108,11 +110,13 @@ __all__ = [
     "Load",
     "MeshFile",
     "Multipliers",
+    "Muscles",
     "Newmark",
     "Nitsche",
     "Onset",
     "Output",
     "Penalty",
+    "Posture",
     "Reduction",
     "Run",
     "Scene",
@@ -146,6 +150,7 @@ __all__ = [
     "onset",
     "reduce",
     "run",
+    "scene_mesh",
     "set_threads",
     "write_film",
 ]

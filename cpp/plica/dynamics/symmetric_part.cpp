@@ -47,7 +47,8 @@ bool alike(const Material& one, const Material& other, unsigned planes) {
   constexpr double share = 1e-12;  // by which round-off may part the two
   const Matrix6 a = elasticity_matrix(one), b = mirrored(elasticity_matrix(other), planes);
   return (a - b).cwiseAbs().maxCoeff() <= share * a.cwiseAbs().maxCoeff() && one.density == other.density &&
-         one.viscosity == other.viscosity;
+         one.viscosity == other.viscosity && one.stiffening == other.stiffening &&
+         one.active_stress == other.active_stress;
 }
 
 void require_symmetric_tissue(const Scene& scene, const MirrorImages& images) {
@@ -102,6 +103,7 @@ SymmetricPart::SymmetricPart(const Scene& scene)
       supports(supports_of(scene, images)) {
   require_symmetric_tissue(scene, images);
   const Points& x = scene.mesh.points;
+  if (scene.mesh.stretched()) images.part_of(as_vector(Points(x - scene.mesh.rest)), "the posture (m)", x);
   if (scene.airflow)
     images.require_symmetric({flat_triangles(scene.mesh.surface(scene.airflow->surface))}, "the airflow's surface",
                              x);

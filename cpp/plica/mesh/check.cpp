@@ -50,6 +50,12 @@ void check_shapes(const TetMesh& mesh) {
              "Look for missing values where the points were read.");
 }
 
+void check_rest(const TetMesh& mesh) {
+  if (!mesh.stretched()) return;
+  require_size("Mesh", "rest", mesh.rest.rows(), mesh.node_count());
+  if (!mesh.rest.allFinite()) refuse("a place at rest is not finite", "Stretch the mesh again.");
+}
+
 void check_indices(const TetMesh& mesh) {
   const auto nodes = static_cast<std::int32_t>(mesh.node_count());
   const std::string range = "; must be in [0, " + std::to_string(nodes) + ")";
@@ -224,6 +230,7 @@ TetMesh labelled(TetMesh mesh) {
 
 void check_mesh(const TetMesh& mesh) {
   check_shapes(mesh);
+  check_rest(mesh);
   check_indices(mesh);
   check_distance(mesh);
   check_volumes(mesh);

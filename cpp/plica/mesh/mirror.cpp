@@ -285,6 +285,7 @@ TetMesh MirrorImages::part(const TetMesh& mesh) const {
   require_size("MirrorImages", "cells of the mesh", mesh.cell_count(), cell_of_.size());
   TetMesh part;
   part.points = mesh.points(nodes_, Eigen::all);
+  if (mesh.stretched()) part.rest = mesh.rest(nodes_, Eigen::all);
   part.cells = mesh.cells(cells_, Eigen::all);
   for (std::int32_t& node : part.cells.reshaped()) node = node_of_[node];
   if (mesh.cell_layer.size() > 0) part.cell_layer = mesh.cell_layer(cells_);

@@ -22,6 +22,7 @@ TetMesh to_quadratic(const TetMesh& linear) {
   if (linear.cells.cols() != 4)
     throw InvalidInput("to_quadratic", "nodes per cell", static_cast<double>(linear.cells.cols()), "", "4",
                        "Is the mesh quadratic already?");
+  if (linear.stretched()) throw InvalidInput("to_quadratic: the mesh is stretched; must be at rest.");
   require_indices("to_quadratic", "node of a cell", linear.cells, linear.node_count());
   for (const auto& [name, faces] : linear.surfaces)
     require_size("to_quadratic", "a face of a surface", faces.cols(), 3);

@@ -22,10 +22,13 @@ struct TetMesh {
   std::vector<std::string> layer_names;      // e.g. body, ligament, cover
   std::map<std::string, Faces> surfaces;     // named boundary faces, outward, e.g. airway_left, airway_right
   std::map<std::string, Indices> node_sets;  // named nodes, e.g. wall
+  /// (n, 3) m, where the tissue was before it was stretched to `points` (docs/theory/posture.md); empty: there.
+  Points rest{};
 
   int order() const { return cells.cols() == 10 ? 2 : 1; }
   std::ptrdiff_t node_count() const { return points.rows(); }
   std::ptrdiff_t cell_count() const { return cells.rows(); }
+  bool stretched() const { return rest.rows() > 0; }
   /// The surface of that name; throws InvalidInput that lists the names there are.
   const Faces& surface(const std::string& name) const;
   const Indices& node_set(const std::string& name) const;

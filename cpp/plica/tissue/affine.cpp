@@ -28,6 +28,10 @@ void add_scaled(const std::vector<std::int32_t>& entries, const std::vector<doub
 AffineStiffness::AffineStiffness(const Assembler& assembler, const Tissue& tissue) : pattern_(assembler.pattern_) {
   const TetMesh& mesh = assembler.mesh_;
   tissue.validate(mesh);
+  if (mesh.stretched())
+    throw InvalidInput(
+        "AffineStiffness: tissue is stretched; must be at rest: its stress depends on the "
+        "coefficients, too.");
   groups_.resize(tissue.materials.size());
   std::vector<std::vector<std::int32_t>> cells(groups_.size());
   for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c) {

@@ -1,15 +1,24 @@
 #include "plica/tissue/assembly.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/tissue/element.hpp"
+#include "plica/tissue/stretch_law.hpp"
 
 namespace plica {
 namespace {
 
 std::string count(std::ptrdiff_t n) { return std::to_string(n); }
+
+Vector3 centre_of(const Points& x, const std::int32_t* cell) {
+  Vector3 centre = Vector3::Zero();
+  for (int a = 0; a < 4; ++a) centre += 0.25 * x.row(cell[a]).transpose();
+  return centre;
+}
 
 void check_cells(const TetMesh& mesh) {
   const std::string where = "Assembler";
@@ -29,8 +38,7 @@ void check_cells(const TetMesh& mesh) {
     element.place(mesh.points, mesh.cells.row(c).data());
     const double jacobian = element.least_jacobian();
     if (!(jacobian > 0)) {
-      Vector3 centre = Vector3::Zero();
-      for (int a = 0; a < 4; ++a) centre += 0.25 * mesh.points.row(mesh.cells(c, a)).transpose();
+      const Vector3 centre = centre_of(mesh.points, mesh.cells.row(c).data());
       throw InvalidInput(where, "jacobian of cell " + count(c), jacobian, "m^3", "> 0",
                          "Its centre is at (" + number_text(centre.x()) + ", " + number_text(centre.y()) + ", " +
                              number_text(centre.z()) + ") m; it is inverted, flat or bent too far.");
@@ -56,12 +64,15 @@ struct NodeCells {
   }
 };
 
-// Calls visit(cell, element, entries of its node pairs) for every cell.
+/// Where its mass was measured.
+const Points& at_rest(const TetMesh& mesh) { return mesh.stretched() ? mesh.rest : mesh.points; }
+
+// Calls visit(cell, element) for every cell of the mesh with nodes there.
 template <class Visit>
-void for_each_cell(const TetMesh& mesh, Visit visit) {
+void for_each_cell(const TetMesh& mesh, const Points& points, Visit visit) {
   Element element(mesh.order());
   for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c) {
-    element.place(mesh.points, mesh.cells.row(c).data());
+    element.place(points, mesh.cells.row(c).data());
     visit(c, element);
   }
 }
@@ -70,7 +81,7 @@ BlockMatrix assemble_blocks(const TetMesh& mesh, const Pattern& pattern, const s
                             const Indices& cell_material, const std::vector<Matrix6>& D) {
   BlockMatrix K(pattern);
   std::vector<double> blocks(900);
-  for_each_cell(mesh, [&](std::ptrdiff_t c, const Element& element) {
+  for_each_cell(mesh, mesh.points, [&](std::ptrdiff_t c, const Element& element) {
     const int n = element.nodes();
     element.stiffness(D[static_cast<std::size_t>(cell_material[c])], blocks.data());
     add_symmetric_blocks(blocks.data(), n, scatter.data() + c * n * n, K.values().data());
@@ -154,7 +165,7 @@ NodalMatrix Assembler::mass(const Tissue& tissue) const {
   tissue.validate(mesh_);
   NodalMatrix M(pattern_);
   double local[100];
-  for_each_cell(mesh_, [&](std::ptrdiff_t c, const Element& element) {
+  for_each_cell(mesh_, at_rest(mesh_), [&](std::ptrdiff_t c, const Element& element) {
     const int n = element.nodes();
     const double density = tissue.materials[static_cast<std::size_t>(tissue.cell_material[c])].density;
     const auto* entries = scatter_.data() + c * n * n;
@@ -168,7 +179,7 @@ Vector Assembler::lumped_mass(const Tissue& tissue) const {
   tissue.validate(mesh_);
   Vector lumped = Vector::Zero(mesh_.node_count());
   double local[100];
-  for_each_cell(mesh_, [&](std::ptrdiff_t c, const Element& element) {
+  for_each_cell(mesh_, at_rest(mesh_), [&](std::ptrdiff_t c, const Element& element) {
     const int n = element.nodes();
     element.mass(local);
     // Row sums of the linear element are V / 4 each, which its scaled diagonal is as well.
@@ -182,10 +193,94 @@ Vector Assembler::lumped_mass(const Tissue& tissue) const {
 }
 
 BlockMatrix Assembler::stiffness(const Tissue& tissue) const {
+  if (mesh_.stretched()) return stretched(tissue, mesh_.points).slope;
   tissue.validate(mesh_);
   std::vector<Matrix6> D;
   for (const Material& material : tissue.materials) D.push_back(elasticity_matrix(material));
   return assemble_blocks(mesh_, pattern_, scatter_, tissue.cell_material, D);
+}
+
+namespace {
+
+/// Where a cell is looked at, and for which share of its volume: once where its strain is the same everywhere.
+const TetrahedronRule& rule_of(const TetMesh& mesh) {
+  static const TetrahedronRule middle{{{0.25, 0.25, 0.25, 0.25}, 1.0}};
+  return mesh.order() == 1 ? middle : tetrahedron_rule_degree_5();
+}
+
+using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+/// dx/dX of a cell whose nodes are at x.
+Matrix3 deformation(const Points& x, const std::int32_t* cell, const Gradients& gradients) {
+  Matrix3 F = Matrix3::Zero();
+  for (std::ptrdiff_t a = 0; a < gradients.rows(); ++a) F += x.row(cell[a]).transpose() * gradients.row(a);
+  return F;
+}
+
+/// (6, 3) d(engineering strain)/d(node's place), g its shape function's gradient at rest.
+Eigen::Matrix<double, 6, 3> strain_slope(const Matrix3& F, const Vector3& g) {
+  Eigen::Matrix<double, 6, 3> B;
+  for (int k = 0; k < 3; ++k)
+    B.col(k) << F(k, 0) * g[0], F(k, 1) * g[1], F(k, 2) * g[2], F(k, 0) * g[1] + F(k, 1) * g[0],
+        F(k, 1) * g[2] + F(k, 2) * g[1], F(k, 2) * g[0] + F(k, 0) * g[2];
+  return B;
+}
+
+}  // namespace
+
+Assembler::Stretched Assembler::stretched(const Tissue& tissue, const Points& x) const {
+  tissue.validate(mesh_);
+  require_size("Assembler", "x", x.rows(), mesh_.node_count());
+  std::vector<StretchLaw> laws;
+  for (const Material& material : tissue.materials) laws.emplace_back(material);
+  Stretched found{Vector::Zero(x.size()), BlockMatrix(pattern_)};
+  auto force = as_points(found.force);
+  std::vector<double> blocks(900);
+  std::array<Eigen::Matrix<double, 6, 3>, 10> B;
+  for_each_cell(mesh_, at_rest(mesh_), [&](std::ptrdiff_t c, const Element& element) {
+    const int n = element.nodes();
+    const std::int32_t* cell = mesh_.cells.row(c).data();
+    const StretchLaw& law = laws[static_cast<std::size_t>(tissue.cell_material[c])];
+    std::fill(blocks.begin(), blocks.end(), 0.0);
+    for (const auto& [at, share] : rule_of(mesh_)) {
+      const Gradients gradients = element.gradients(at);
+      const Matrix3 F = deformation(x, cell, gradients);
+      if (!(F.determinant() > 0))
+        throw CellInverted("cell " + count(c) + " at " + place_text(centre_of(x, cell)) + " turns inside out");
+      const auto [T, slope] = law.at(F);
+      const double volume = share * element.measure(at);
+      const Matrix3 pull = volume * F * T;  // first Piola-Kirchhoff stress
+      for (int a = 0; a < n; ++a) {
+        B[static_cast<std::size_t>(a)] = strain_slope(F, gradients.row(a));
+        force.row(cell[a]) += gradients.row(a) * pull.transpose();
+      }
+      for (int b = 0; b < n; ++b) {
+        const Eigen::Matrix<double, 6, 3> answer = volume * slope * B[static_cast<std::size_t>(b)];
+        const Vector3 turned = volume * T * gradients.row(b).transpose();
+        for (int a = 0; a <= b; ++a) {
+          Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> block(blocks.data() + 9 * (n * a + b));
+          block += B[static_cast<std::size_t>(a)].transpose() * answer;
+          block.diagonal().array() += gradients.row(a).dot(turned);
+        }
+      }
+    }
+    add_symmetric_blocks(blocks.data(), n, scatter_.data() + c * n * n, found.slope.values().data());
+  });
+  return found;
+}
+
+Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> Assembler::stress(const Tissue& tissue) const {
+  tissue.validate(mesh_);
+  std::vector<StretchLaw> laws;
+  for (const Material& material : tissue.materials) laws.emplace_back(material);
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> stress(mesh_.cell_count(), 6);
+  for_each_cell(mesh_, at_rest(mesh_), [&](std::ptrdiff_t c, const Element& element) {
+    const Matrix3 F = deformation(mesh_.points, mesh_.cells.row(c).data(), element.centroid_gradients());
+    const Matrix3 T = laws[static_cast<std::size_t>(tissue.cell_material[c])].at(F).stress;
+    const Matrix3 cauchy = F * T * F.transpose() / F.determinant();
+    stress.row(c) << cauchy(0, 0), cauchy(1, 1), cauchy(2, 2), cauchy(0, 1), cauchy(1, 2), cauchy(2, 0);
+  });
+  return stress;
 }
 
 BlockMatrix Assembler::viscosity(const Tissue& tissue) const {
@@ -200,7 +295,7 @@ Vector Assembler::body_force(const Tissue& tissue, const Vector3& acceleration) 
   Vector force = Vector::Zero(3 * mesh_.node_count());
   auto nodal = as_points(force);
   double local[10];
-  for_each_cell(mesh_, [&](std::ptrdiff_t c, const Element& element) {
+  for_each_cell(mesh_, at_rest(mesh_), [&](std::ptrdiff_t c, const Element& element) {
     const double density = tissue.materials[static_cast<std::size_t>(tissue.cell_material[c])].density;
     element.load(local);
     for (int a = 0; a < element.nodes(); ++a) {

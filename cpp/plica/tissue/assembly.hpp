@@ -2,6 +2,7 @@
 #include <array>
 
 #include "plica/core/block_matrix.hpp"
+#include "plica/core/error.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 #include "plica/tissue/material.hpp"
 
@@ -25,7 +26,14 @@ struct MassTransfer {
   std::vector<char> free;  // of bodies that can move without strain: they keep all moments of their mass
 };
 
-/// Assembles M, C and K of one mesh straight into their final pattern. O(cells); the mesh must outlive it.
+/// A cell of stretched tissue is inside out.
+struct CellInverted : SolveFailed {
+  using SolveFailed::SolveFailed;
+};
+
+/// Assembles M, C and K of one mesh straight into their final pattern. O(cells); the mesh must outlive it. Of a
+/// stretched mesh M is that at rest, as mass is conserved, C that of its shape, and K the slope of the force at
+/// its shape (StretchLaw).
 class Assembler {
  public:
   explicit Assembler(const TetMesh& mesh);
@@ -40,6 +48,15 @@ class Assembler {
   /// (docs/theory/massless.md).
   NodalMatrix redistributed_mass(const Tissue& tissue, CellMass kind, const MassTransfer& transfer) const;
   BlockMatrix stiffness(const Tissue& tissue) const;  // N/m
+  /// The force (3 n) N that stretched tissue, at rest in mesh.rest or where that is empty in mesh.points, holds
+  /// nodes at x (n, 3) m with, and its slope. Throws CellInverted.
+  struct Stretched {
+    Vector force;
+    BlockMatrix slope;
+  };
+  Stretched stretched(const Tissue& tissue, const Points& x) const;
+  /// (m, 6) Pa, Cauchy stress of the cells of the stretched mesh (at their middles), xx yy zz xy yz zx.
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> stress(const Tissue& tissue) const;
   BlockMatrix viscosity(const Tissue& tissue) const;  // N s/m
   /// (3 n) N: consistent load of a force per mass (m/s^2), e.g. gravity.
   Vector body_force(const Tissue& tissue, const Vector3& acceleration) const;

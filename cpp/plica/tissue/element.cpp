@@ -243,6 +243,10 @@ Eigen::Matrix<double, Eigen::Dynamic, 3> Element::gradients(const std::array<dou
   return evaluate(quadratic_slopes(at), 1.0).gradients;
 }
 
+double Element::measure(const std::array<double, 4>& at) const {
+  return curved_ ? evaluate(quadratic_slopes(at), 1.0).weight : volume_;
+}
+
 Eigen::Matrix<double, Eigen::Dynamic, 3> Element::centroid_gradients() const {
   if (order_ == 1) return gradients_;
   return evaluate(quadratic_tables().centroid_slopes, 1.0).gradients;

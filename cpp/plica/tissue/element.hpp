@@ -57,6 +57,8 @@ class Element {
   void stiffness(const Matrix6& D, double* out) const;
   /// (nodes, 3) 1/m: dN/dx at a point.
   Eigen::Matrix<double, Eigen::Dynamic, 3> gradients(const std::array<double, 4>& at) const;
+  /// m^3, det(dx/dxi) / 6 at a point: the volume unless curved.
+  double measure(const std::array<double, 4>& at) const;
   /// (nodes, 3) 1/m: dN/dx at the centroid.
   Eigen::Matrix<double, Eigen::Dynamic, 3> centroid_gradients() const;
 

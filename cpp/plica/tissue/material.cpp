@@ -127,6 +127,12 @@ void Material::validate(const std::string& where) const {
   require_positive(where, "density", density, "kg/m^3");
   require_finite(where, "viscosity", viscosity, "Pa s");
   if (!(viscosity >= 0)) throw InvalidInput(where, "viscosity", viscosity, "Pa s", ">= 0");
+  require_finite(where, "stiffening", stiffening, "");
+  if (!(stiffening >= 0)) throw InvalidInput(where, "stiffening", stiffening, "", ">= 0");
+  if (stiffening > 0 && !std::holds_alternative<TransverselyIsotropic>(elasticity))
+    throw InvalidInput(where, "stiffening", stiffening, "", "0 in isotropic tissue",
+                       "Its fibres are what stiffens.");
+  require_finite(where, "active_stress", active_stress, "Pa");
 }
 
 Vector6 stiffness_coefficients(const Material& material) {

@@ -36,6 +36,10 @@ struct Material {
   std::variant<Isotropic, TransverselyIsotropic> elasticity = Isotropic{};
   double density = 1020.0;  // kg/m^3, > 0
   double viscosity = 0.0;   // Pa s, >= 0
+  /// -, >= 0, of tissue with fibres alone: what it is stretched by multiplies the stress along them by
+  /// exp(stiffening (lambda^2 - 1)^2) (StretchLaw). Small strains do not know it.
+  double stiffening = 0.0;
+  double active_stress = 0.0;  // Pa, of stretched tissue: pulls along the fibre, by area at rest
 
   /// Throws InvalidInput that starts with `where` and names the violated bound.
   void validate(const std::string& where) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "plica/core/error.hpp"
 #include "plica/mesh/edges.hpp"
 #include "plica/tissue/element.hpp"
 
@@ -36,6 +37,10 @@ NodeStress::NodeStress(const TetMesh& mesh, const Tissue& tissue, const std::vec
     : terms_(static_cast<std::size_t>(mesh.node_count())),
       elasticity_(static_cast<std::size_t>(mesh.node_count()), Matrix6::Zero()),
       density_(static_cast<std::size_t>(mesh.node_count()), 0.0) {
+  if (mesh.stretched())
+    throw InvalidInput(
+        "Contact: Nitsche's method on stretched tissue; must be another: it sees the stress at rest. "
+        "Leave the posture out, or choose another.");
   std::vector<char> wanted(static_cast<std::size_t>(mesh.node_count()), 0);
   for (const std::int32_t node : nodes) wanted[static_cast<std::size_t>(node)] = 1;
   std::vector<Matrix6> elasticity, viscosity;

@@ -184,6 +184,10 @@ NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind,
                                           const MassTransfer& transfer) const {
   const std::vector<char>&massless = transfer.massless, &held = transfer.held, &free = transfer.free;
   tissue.validate(mesh_);
+  if (mesh_.stretched())
+    throw InvalidInput(
+        "Assembler: redistributed mass of stretched tissue; must be kept. Leave the posture out, or "
+        "surface_mass.");
   const auto marks = [](const std::vector<char>& of) { return static_cast<std::ptrdiff_t>(of.size()); };
   require_size("MassTransfer", "massless", marks(massless), mesh_.node_count());
   require_size("MassTransfer", "held", marks(held), mesh_.node_count());

@@ -36,7 +36,7 @@ def _mesh(options: argparse.Namespace) -> int:
     from plica.scene.plausibility import scene_cautions
 
     scene = plica.Scene.load(options.scene)
-    mesh = plica.build_mesh(scene.mesh, scene.source)
+    mesh = plica.scene_mesh(scene)
     print(mesh_summary(mesh))
     print_cautions(scene_cautions(scene, mesh))
     if options.output is not None:

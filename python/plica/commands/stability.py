@@ -105,14 +105,14 @@ def _prepared(directory: Path | None, names: tuple[str, ...], overwrite: bool) -
 
 def _eigenmodes(options: argparse.Namespace) -> int:
     import plica
-    from plica.scene.mesh.build import build_mesh
+    from plica.runs.scene_mesh import scene_mesh
     from plica.stability.files import MODE_FILES, write_modes
     from plica.stability.modes import eigenmodes
 
     scene = plica.Scene.load(options.scene)
     plica.set_threads(options.threads)
     _prepared(options.directory, MODE_FILES, options.overwrite)
-    mesh = build_mesh(scene.mesh, scene.source)
+    mesh = scene_mesh(scene)
     with as_options(("eigenmodes",), {}):
         found = eigenmodes(scene, options.count, mesh)
     if options.directory is not None:

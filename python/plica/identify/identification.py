@@ -27,7 +27,7 @@ from plica.identify.observation.sources import PixelMotion, open_motion
 from plica.identify.results import Identification, Picture, load, store
 from plica.identify.settings import Settings
 from plica.report.progress import figures_shown
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
 
@@ -88,7 +88,7 @@ def identify(
     require_linear(scene)
     remaining_error = 1.0
     coarser, no_coarser = coarser_scene(settings, scene)
-    mesh = build_mesh(scene.mesh, scene.source)
+    mesh = scene_mesh(scene)
     require_parameters(settings.tissue_parameters(scene), scene, mesh)  # before a long recording is read
     if no_coarser and progress:
         print(f"plica: Caution: estimating on one mesh only. {no_coarser}", file=sys.stderr, flush=True)
@@ -96,7 +96,7 @@ def identify(
     tasks = {"scene": _task(motion, settings, scene, mesh, progress)}
     if coarser is not None:
         require_linear(coarser)
-        mesh = build_mesh(coarser.mesh, coarser.source)
+        mesh = scene_mesh(coarser)
         remaining_error = remainder(require_coarser(mesh, tasks["scene"].mesh, coarser.source))
         tasks["coarser"] = _task(motion, settings, coarser, mesh, progress, tasks["scene"].recorded)
     directory = Path(directory)

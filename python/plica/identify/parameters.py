@@ -97,7 +97,7 @@ class TissueParameters:
 
     Parameters
     ----------
-    materials, names : as `plica.runs.build.materials_of` gives them
+    materials, names : as `plica.runs.materials.materials_of` gives them
     parameters : sequence of TissueParameter or str
         A string is a parameter with that one target.
     """

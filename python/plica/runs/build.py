@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,30 +10,25 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.runs.basis_file import read_basis
+from plica.runs.materials import located, materials_of, place_text
 from plica.runs.options import engine_options
+from plica.runs.scene_mesh import scene_mesh
 from plica.runs.tubes import tubes_of
 from plica.scene.held import fixed_components
 from plica.scene.initial import initial_fields
-from plica.scene.mesh.build import build_mesh
-from plica.scene.mesh.fibres import mirrored_fibres
 from plica.scene.mesh.folds_apart import require_apart
 from plica.scene.mesh.parts import MeshFile
 from plica.scene.mesh.surface_fault import airway_fault, contact_fault, selecting
 from plica.scene.parts import Airflow, Contact
 from plica.scene.scene import Scene
-from plica.scene.tissue import Tissue
 
 __all__ = [
     "build_simulation",
     "contact_sides",
     "equilibrium",
     "fixed_components",
-    "materials_of",
     "probe_nodes",
 ]
-
-Side = Literal["none", "left", "right"]
-_SIDES: tuple[Side, ...] = ("none", "left", "right")
 
 
 def build_simulation(
@@ -76,7 +71,7 @@ def build_simulation(
     SceneError
         If the scene names something that its mesh does not have.
     """
-    mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+    mesh = scene_mesh(scene) if mesh is None else mesh
     body = _body(scene, mesh)
     if isinstance(scene.mesh, MeshFile) and scene.mesh.mirror is not None:
         airway = None if scene.airflow is None else scene.airflow.surface
@@ -124,14 +119,14 @@ def equilibrium(scene: Scene) -> NDArray[np.float64]:
     Airflow, contact and initial values are ignored. Raises SceneError if the supports allow a rigid motion,
     or the scene names something that its mesh does not have.
     """
-    return _at_rest(scene, _body(scene, build_mesh(scene.mesh, scene.source)))
+    return _at_rest(scene, _body(scene, scene_mesh(scene)))
 
 
 def _at_rest(scene: Scene, body: dict[str, Any]) -> NDArray[np.float64]:
     try:
         return _engine.equilibrium(**body)
     except InvalidInput as error:
-        raise _located(scene, error) from None
+        raise located(scene, error) from None
 
 
 def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
@@ -148,17 +143,11 @@ def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
     }
 
 
-def _located(scene: Scene, error: InvalidInput) -> SceneError:
-    if isinstance(error, SceneError):
-        return error
-    return SceneError(f"{scene.source}: {str(error).replace('Simulation: step =', 'time.step =')}")
-
-
 def _airway_located(scene: Scene, mesh: _engine.TetMesh, error: InvalidInput) -> SceneError:
     """An error that the engine had with the airflow's surface says what is wrong with that surface."""
     text = str(error)
     if scene.airflow is None or not text.startswith("Airflow: interface"):
-        return _located(scene, error)
+        return located(scene, error)
     name = scene.airflow.surface
     found = airway_fault(mesh, name) or f"{text.removeprefix('Airflow: ')} {selecting(name)}"
     return SceneError(f'{scene.source}: airflow.surface = "{name}": {found}')
@@ -184,78 +173,6 @@ def _known(scene: Scene, path: str, name: str, known: list[str]) -> None:
         raise SceneError(f'{scene.source}: {path} = "{name}"; must be {one_of(known)}.{nearest(name, known)}')
 
 
-def materials_of(
-    scene: Scene, mesh: _engine.TetMesh
-) -> tuple[list[_engine.Material], list[str], NDArray[np.int32]]:
-    """Materials, their names, e.g. ``cover.left``, and the material of each cell (m).
-
-    In the images of a mirrored mesh the fibre is mirrored too: where that is another direction, they have a
-    material of their own, e.g. ``cover.left.front``. A fibre given for one side is that of this side.
-    """
-    layers = mesh.layer_names
-    for layer in scene.tissue:
-        _known_layer(scene, layer, layers)
-    cell_layer, cell_side = np.asarray(mesh.cell_layer), np.asarray(mesh.cell_side)
-    cell_material = np.full(len(cell_layer), -1, dtype=np.int32)
-    materials, names = [], []
-    for number, layer in enumerate(layers):
-        cells = cell_layer == number
-        if layer not in scene.tissue:
-            if not cells.any():
-                continue
-            given = ", ".join(scene.tissue)
-            first = int(cells.argmax())
-            centre = np.asarray(mesh.points)[np.asarray(mesh.cells)[first, :4]].mean(axis=0)
-            raise SceneError(
-                f"{scene.source}: tissue.{layer} is missing: {cells.sum()} tetrahedra of the mesh are in "
-                f"that layer, the first is cell {first} at {_place(centre)} m; the scene has {given}."
-            )
-        tissue = scene.tissue[layer]
-        one = tissue.left is None and tissue.right is None
-        for code, side in enumerate(_SIDES):
-            chosen = cells if one else cells & (cell_side == code)
-            if (one and code > 0) or not chosen.any():
-                continue
-            name = layer if one or side == "none" else f"{layer}.{side}"
-            own = tissue.on(side)
-            for ending, image, fibre in mirrored_fibres(scene.mesh, mesh, chosen, tissue, side):
-                changed = own if fibre is None else own.replace({"fibre": fibre})
-                materials.append(_material(scene, changed, name + ending))
-                names.append(name + ending)
-                cell_material[image] = len(names) - 1
-        for side in ("left", "right"):
-            if getattr(tissue, side) is not None and not (cells & (cell_side == _SIDES.index(side))).any():
-                raise SceneError(
-                    f"{scene.source}: tissue.{layer}.{side} has no tetrahedra; the mesh must define which "
-                    "belong to that side. See mesh.sides."
-                )
-    return materials, names, cell_material
-
-
-def _known_layer(scene: Scene, layer: str, layers: list[str]) -> None:
-    if layer not in layers:
-        hint = nearest(layer, layers)
-        raise SceneError(
-            f"{scene.source}: tissue.{layer} is not a layer of the mesh; must be {one_of(layers)}.{hint}"
-        )
-
-
-def _material(scene: Scene, tissue: Tissue, name: str) -> _engine.Material:
-    if tissue.E_fibre is None:
-        elasticity: Any = _engine.Isotropic(E=tissue.E, nu=tissue.nu)
-    else:
-        fields: dict[str, Any] = {"nu_fibre": tissue.nu_fibre, "mu_fibre": tissue.mu_fibre}
-        optional = {"mu": tissue.mu_transverse, "fibre": tissue.fibre}
-        fields |= {field: value for field, value in optional.items() if value is not None}
-        elasticity = _engine.TransverselyIsotropic(E=tissue.E, nu=tissue.nu, E_fibre=tissue.E_fibre, **fields)
-    material = _engine.Material(elasticity, density=tissue.density, viscosity=tissue.viscosity)
-    try:
-        material.validate(f"tissue.{name}")
-    except InvalidInput as error:
-        raise _located(scene, error) from None
-    return material
-
-
 def probe_nodes(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.int32]:
     """The node nearest to each probe point, (p)."""
     points = np.asarray(mesh.points)
@@ -265,14 +182,10 @@ def probe_nodes(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.int32]:
     for k, point in enumerate(wanted):
         if np.any(point < low - margin) or np.any(point > high + margin):
             raise SceneError(
-                f"{scene.source}: output.probes[{k}] = {_place(point)} m; must be in or near the mesh, which "
-                f"extends from {_place(low)} to {_place(high)} m."
+                f"{scene.source}: output.probes[{k}] = {place_text(point)} m; must be in or near the "
+                f"mesh, which extends from {place_text(low)} to {place_text(high)} m."
             )
     return np.array([np.argmin(((points - point) ** 2).sum(axis=1)) for point in wanted], dtype=np.int32)
-
-
-def _place(point: NDArray[np.float64]) -> str:
-    return "[" + ", ".join(f"{coordinate:g}" for coordinate in point) + "]"
 
 
 def _airflow(scene: Scene, airflow: Airflow, mesh: _engine.TetMesh) -> _engine.Airflow:

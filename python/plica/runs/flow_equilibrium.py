@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
 from plica.runs.build import build_simulation, equilibrium
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.units import quantity
 
@@ -80,7 +80,7 @@ class EquilibriumBranch:
         simulation: _engine.Simulation | None = None,
     ) -> None:
         _require(scene)
-        mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+        mesh = scene_mesh(scene) if mesh is None else mesh
         if simulation is None:
             simulation = build_simulation(scene.replace({"reduction": None, "symmetry": None}), mesh)
         from scipy.sparse import csr_array

@@ -15,8 +15,8 @@ from plica.runs.basis_file import write_basis
 from plica.runs.build import build_simulation, contact_sides
 from plica.runs.full_run import stored_motion
 from plica.runs.results import Run
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.held import fixed_components
-from plica.scene.mesh.build import build_mesh
 from plica.scene.scene import Scene
 from plica.storage.files import refuse_overwriting
 from plica.units import quantity
@@ -84,7 +84,7 @@ def reduce(
         raise InvalidInput(
             f"reduce: components = {components}; must be left out with a scene: they are of a run's motion."
         )
-    mesh = build_mesh(chosen.mesh, chosen.source)
+    mesh = scene_mesh(chosen)
     basis = basis_of(
         chosen,
         mesh,

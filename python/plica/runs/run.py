@@ -23,9 +23,9 @@ from plica.runs.checkpoint import Checkpoint
 from plica.runs.continuation import has_all, holds_run, require_mesh
 from plica.runs.progress import Progress
 from plica.runs.results import Run
+from plica.runs.scene_mesh import scene_mesh
 from plica.runs.store import ResultFile
 from plica.runs.xdmf import write_xdmf
-from plica.scene.mesh.build import build_mesh
 from plica.scene.mesh.parts import MeshFile
 from plica.scene.plausibility import scene_cautions
 from plica.scene.problems import value_text
@@ -141,12 +141,12 @@ def run_telling(
         raise InvalidInput(f"{directory}: there is no run to continue. Start it without --resume.")
     if there and has_all(directory, scene):
         if isinstance(scene.mesh, MeshFile) and scene.mesh.file.is_file():  # the file may have changed
-            require_mesh(directory, scene, build_mesh(scene.mesh, scene.source))
+            require_mesh(directory, scene, scene_mesh(scene))
         return Run.load(directory)
     with _created(directory), only_writer(directory):
         if there:
             has_all(directory, scene)  # again, now that no other process writes
-        mesh = build_mesh(scene.mesh, scene.source)
+        mesh = scene_mesh(scene)
         try:
             basis = _basis(scene, directory, mesh, there)
             simulation = build_simulation(scene, mesh, basis=basis)

@@ -240,6 +240,8 @@ def _lay_out_run(
 def store_mesh(file: Any, mesh: _engine.TetMesh) -> None:
     """Add a mesh to a file, as `Run.mesh` has it."""
     put(file, "mesh/points", mesh.points, "m")
+    if mesh.rest is not None:
+        put(file, "mesh/rest", mesh.rest, "m", meaning="before the posture")
     for name in ("cells", "cell_layer"):
         put(file, f"mesh/{name}", getattr(mesh, name))
     put(file, "mesh/cell_side", mesh.cell_side, meaning="0 none, 1 left, 2 right")

@@ -159,7 +159,32 @@ def _explicit_between_tubes(scene: Any) -> Fault:
     return None if coupling.iterated is not None else (("airflow", "coupling"), None)
 
 
+def _surface_mass_at_posture(scene: Any) -> Fault:
+    contact = scene.contact
+    if scene.posture is None or contact is None or contact.surface_mass == "kept":
+        return None
+    return ("contact", "surface_mass"), contact.surface_mass
+
+
 COMBINATIONS = (
+    Combination(
+        "Scene",
+        "contact.nitsche",
+        "posture",
+        "must be another method",
+        "it sees the stress of tissue at rest. Use contact.multipliers.",
+        "construction",
+        lambda scene: (("contact", "nitsche"), None) if scene.posture and _has_nitsche(scene) else None,
+    ),
+    Combination(
+        "Scene",
+        'contact.surface_mass = "redistributed"',
+        "posture",
+        'must be "kept"',
+        "where mass goes is chosen by the shape at rest.",
+        "construction",
+        _surface_mass_at_posture,
+    ),
     Combination(
         "Scene",
         "tract, trachea",

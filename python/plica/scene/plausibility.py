@@ -339,7 +339,7 @@ def _posture_caution(scene: Scene) -> Iterator[Caution]:
 
     Both are of tissue at rest: nothing is stretched or contracted, as in another posture of one larynx.
     """
-    if not isinstance(scene.mesh, Larynx):
+    if not isinstance(scene.mesh, Larynx) or scene.posture is not None:
         return
     own, preset = (_fold_sizes(larynx) for larynx in (scene.mesh, Larynx(larynx=scene.mesh.larynx)))
     if not BOUNDS["fold_length"].holds(2 * own["mesh.options.major"]):
@@ -355,7 +355,7 @@ def _posture_caution(scene: Scene) -> Iterator[Caution]:
             "It has no tension, and its pitch falls with length, where that of a stretched one rises."
         )
         yield Caution(
-            "fold_length", seen, "For another posture, change the stiffness too (tissue.*.E_fibre)."
+            "fold_length", seen, "Another posture of one larynx is posture.elongation, of a mesh at rest."
         )
 
 

@@ -26,6 +26,7 @@ from plica.scene.parts import (
     Stepping,
     Supports,
 )
+from plica.scene.posture import Posture
 from plica.scene.problems import describe
 from plica.scene.stepping import is_whole
 from plica.scene.tissue import Tissue
@@ -71,6 +72,8 @@ class Scene(Part):
     """Scheme, step and duration."""
     supports: Supports | None = None
     """Where the tissue is fixed; default for a larynx: at its wall."""
+    posture: Posture | None = None
+    """How the tissue is stretched before it moves; default: not at all."""
     airflow: Airflow | None = None
     """Airflow that drives the tissue; default: none."""
     trachea: Trachea | None = None

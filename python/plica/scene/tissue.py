@@ -24,6 +24,7 @@ class TissueSide(Part):
     mu_fibre: Annotated[Pressure, Field(gt=0)] | None = None
     mu_transverse: Annotated[Pressure, Field(gt=0)] | None = None
     fibre: tuple[Number, Number, Number] | None = None
+    stiffening: Annotated[Number, Field(ge=0)] | None = None
     density: Annotated[Density, Field(gt=0)] | None = None
     viscosity: Annotated[Viscosity, Field(ge=0)] | None = None
 
@@ -50,6 +51,9 @@ class Tissue(Part):
     fibre: tuple[Number, Number, Number] | None = None
     """[-] Direction, of any length; default: y, anteroposterior. Of the part in the file, if `mesh.mirror` is
     given."""
+    stiffening: Annotated[Number, Field(ge=0, le=100)] = 0.0
+    """[-] How fast fibres stiffen as a posture stretches them: the stress along them is that of `E_fibre`
+    times exp(stiffening (lambda^2 - 1)^2), lambda their stretch. Without `posture` it does nothing."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
     """[kg/m^3] Mass per volume."""
     viscosity: Annotated[Viscosity, Field(ge=0)] = Field(
@@ -97,6 +101,10 @@ def _check(tissue: Tissue, path: tuple[str, ...] = (), changed: dict[str, Any] |
                 raise fail(
                     field, getattr(tissue, field), "must be left out without E_fibre (isotropic tissue)."
                 )
+        if tissue.stiffening:
+            raise fail(
+                "stiffening", tissue.stiffening, "must be 0 without E_fibre: its fibres are what stiffens."
+            )
         if tissue.nu >= 0.5:
             raise fail(
                 "nu",

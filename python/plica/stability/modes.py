@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
 from plica.runs.build import build_simulation, fixed_components
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.scene.symmetry import nearest_image
 from plica.units import number
@@ -86,7 +86,7 @@ def eigenmodes(scene: Scene, count: int = 20, mesh: _engine.TetMesh | None = Non
     from plica.runs.basis import reduction_basis
 
     number("eigenmodes", "count", count, 1, _MOST, "")
-    mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+    mesh = scene_mesh(scene) if mesh is None else mesh
     fixed = fixed_components(scene, mesh)
     simulation = build_simulation(whole_tissue(scene).replace({"airflow": None}), mesh)
     matrices = NodalMatrices(simulation, fixed)

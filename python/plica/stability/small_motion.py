@@ -13,7 +13,7 @@ from plica import _engine
 from plica.errors import InvalidInput
 from plica.runs.build import build_simulation, fixed_components
 from plica.runs.flow_equilibrium import EquilibriumBranch, FlowEquilibrium
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.scene.symmetry import symmetry_planes
 from plica.stability.modes import NodalMatrices, basis_of, ritz, whole_tissue
@@ -105,7 +105,7 @@ class SmallMotion:
 
         if modes is not None:
             number("onset", "modes", modes, 1, _MOST_MODES, "")
-        mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+        mesh = scene_mesh(scene) if mesh is None else mesh
         fixed = fixed_components(scene, mesh)
         simulation = build_simulation(whole_tissue(scene), mesh)
         self.branch = EquilibriumBranch(scene, mesh, simulation)

@@ -9,7 +9,7 @@ from plica import _engine
 from plica.runs.basis_file import kept_basis
 from plica.runs.build import build_simulation
 from plica.runs.results import Run
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 from plica.uncertainty.level import Basis, PlannedLevel, fields_of
 from plica.uncertainty.start import Start, step_cost
 from plica.units import clock
@@ -41,7 +41,7 @@ class Own:
     def of(run: Run) -> Own:
         """Of a run; raises InvalidInput if a reduced run has lost its basis."""
         scene, step = run.scene, run.seconds / max(run.steps, 1)
-        mesh = build_mesh(scene.mesh, scene.source)
+        mesh = scene_mesh(scene)
         if scene.reduction is None:
             return Own(step, mesh, None)
         return Own(step, mesh, kept_basis(run.directory, scene, mesh, resumed=True))

@@ -17,7 +17,7 @@ from plica.runs.build import probe_nodes
 from plica.runs.continuation import holds_run, require_mesh
 from plica.runs.results import Run
 from plica.runs.run import run_from
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.mesh.parts import MeshFile
 from plica.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
@@ -110,7 +110,7 @@ def _finished(directory: Path) -> Run:
             f"{version}. Otherwise differences between versions would count as errors. Run the scene again."
         )
     if isinstance(run.scene.mesh, MeshFile):  # the file may have changed
-        require_mesh(directory, run.scene, build_mesh(run.scene.mesh, run.scene.source))
+        require_mesh(directory, run.scene, scene_mesh(run.scene))
     return run
 
 
@@ -266,7 +266,7 @@ def _displaced_probes(run: Run, levels: list[Computed], start: Start | None) -> 
     if start is not None:
         return []
     found = []
-    own = build_mesh(run.scene.mesh, run.scene.source)
+    own = scene_mesh(run.scene)
     for one in levels:
         places = [np.asarray(each.points)[probe_nodes(run.scene, each)] for each in (own, one.level.mesh)]
         distance = float(np.linalg.norm(places[0] - places[1], axis=1).max(initial=0.0))

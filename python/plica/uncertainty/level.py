@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.runs.build import fixed_components
 from plica.runs.results import Run
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.uncertainty.meshes import OtherMesh
 from plica.uncertainty.start import Start
@@ -54,7 +54,7 @@ class PlannedLevel:
     @cached_property
     def mesh(self) -> _engine.TetMesh:
         """The mesh, built on first use."""
-        return build_mesh(self.scene.mesh, self.scene.source) if self.other is None else self.other.build()
+        return scene_mesh(self.scene) if self.other is None else self.other.build()
 
     @property
     def title(self) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
+from plica.runs.scene_mesh import at_posture, scene_mesh
 from plica.scene.mesh.build import build_mesh
 from plica.scene.mesh.parts import Block, Blocks, Larynx, Mesh, MeshFile
 from plica.scene.scene import Scene
@@ -46,9 +47,8 @@ def finer(scene: Scene) -> OtherMesh | None:
     """The smallest refinement of the scene's mesh, by 1.25 or more, that keeps its shape."""
     mesh = scene.mesh
     if isinstance(mesh, MeshFile):
-        return OtherMesh(
-            "mesh-2", 2.0, _sectioned(scene, 2.0), lambda: refined(build_mesh(mesh, scene.source))
-        )
+        at_rest = build_mesh(mesh, scene.source)
+        return OtherMesh("mesh-2", 2.0, _sectioned(scene, 2.0), lambda: at_posture(scene, refined(at_rest)))
     if isinstance(mesh, Larynx):
         return _larynx(scene, mesh, 1.25)
     return _divided(scene, 1.5 if _halvable(mesh) else 2.0)
@@ -75,8 +75,8 @@ def given(scene: Scene, other: Scene) -> OtherMesh:
                 "differ."
             )
     replaced = Scene.model_validate({**scene.resolved(), "mesh": theirs["mesh"]})
-    built = build_mesh(replaced.mesh, other.source)
-    ratio = (len(built.cells) / len(build_mesh(scene.mesh, scene.source).cells)) ** (1 / 3)
+    built = at_posture(replaced, build_mesh(replaced.mesh, other.source))
+    ratio = (len(built.cells) / len(scene_mesh(scene).cells)) ** (1 / 3)
     if 1 / 1.1 < ratio < 1.1:
         raise InvalidInput(
             f"{other.source}: its edges are {1 / ratio:.3g} times as long as those of the run; must be "
@@ -138,7 +138,7 @@ def _changed(scene: Scene, factor: float, changes: dict[str, Any]) -> OtherMesh 
         other = _sectioned(scene.replace(changes), factor)
     except SceneError:
         return None  # beyond the limits of such a mesh
-    return OtherMesh(f"mesh-{factor:.3g}", factor, other, lambda: build_mesh(other.mesh, scene.source))
+    return OtherMesh(f"mesh-{factor:.3g}", factor, other, lambda: scene_mesh(other))
 
 
 def _sectioned(scene: Scene, factor: float) -> Scene:

@@ -24,7 +24,7 @@ from plica.runs.basis_file import kept_basis
 from plica.runs.build import build_simulation
 from plica.runs.continuation import holds_run
 from plica.runs.results import Run
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.scene.symmetry import mirrored_mean, symmetry_planes
 from plica.storage.files import replaced, storage_errors
@@ -77,7 +77,7 @@ def widest_opening(run: Run, limit: float | None = None) -> Start | None:
     if held is None:
         return None
     scene: Scene = run.scene
-    mesh = build_mesh(scene.mesh, scene.source)
+    mesh = scene_mesh(scene)
     basis = None if scene.reduction is None else kept_basis(run.directory, scene, mesh, resumed=True)
     simulation = build_simulation(scene, mesh, basis=basis)
     if held.state.keys() != simulation.state().keys():

@@ -6,7 +6,7 @@ from typing import Any
 
 import plica
 from plica.runs.build import build_simulation
-from plica.scene.mesh.build import build_mesh
+from plica.runs.scene_mesh import scene_mesh
 
 __all__ = ["AIR", "PRESSURE", "larynx_scene", "larynx_simulation"]
 
@@ -22,5 +22,5 @@ def larynx_scene(**parts: Any) -> plica.Scene:
 
 def larynx_simulation(scene: plica.Scene) -> tuple[Any, Any]:
     """Its mesh and the simulation of it."""
-    mesh = build_mesh(scene.mesh, scene.source)
+    mesh = scene_mesh(scene)
     return mesh, build_simulation(scene, mesh)

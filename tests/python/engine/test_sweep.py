@@ -12,7 +12,8 @@ from scipy import sparse
 import plica
 from layered_block import STEP, drive, layered_mesh, layered_model, layered_scene, patterns, whole
 from plica import _engine
-from plica.runs.build import fixed_components, materials_of
+from plica.runs.build import fixed_components
+from plica.runs.materials import materials_of
 
 LAW = {"E": 1.2e3, "nu": 0.55, "E_fibre": 9e3, "nu_fibre": 0.6, "mu_fibre": 8e3}
 

@@ -13,7 +13,8 @@ import pytest
 
 import plica
 from plica import _engine
-from plica.runs.build import fixed_components, materials_of, probe_nodes
+from plica.runs.build import fixed_components, probe_nodes
+from plica.runs.materials import materials_of
 from plica.scene.initial import initial_fields
 from plica.scene.opening import Glottis, opening_pattern
 from plica.units import read_quantity

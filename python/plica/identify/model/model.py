@@ -15,8 +15,9 @@ from plica.errors import InvalidInput
 from plica.identify.model.forcing import Forcing
 from plica.identify.observation.observation import Observation
 from plica.identify.parameters import TissueParameter, TissueParameters
-from plica.runs.build import fixed_components, materials_of
-from plica.scene.mesh.build import build_mesh
+from plica.runs.build import fixed_components
+from plica.runs.materials import materials_of
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.parts import HilberHughesTaylor
 from plica.scene.scene import Scene
 
@@ -69,7 +70,7 @@ class MotionModel:
         tolerance: float = 1e-10,
     ) -> None:
         require_linear(scene)
-        mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+        mesh = scene_mesh(scene) if mesh is None else mesh
         materials, names, cell_material = materials_of(scene, mesh)
         self.tissue = TissueParameters(materials, names, parameters)
         self.observation, self.forcing = observation, forcing
@@ -226,6 +227,11 @@ def require_parameters(
 def require_linear(scene: Scene) -> None:
     """Raises InvalidInput, naming all parts to leave out, for a scene whose motion is not linear in the
     pressures or does not start from rest."""
+    if scene.posture is not None:
+        raise InvalidInput(
+            f"{scene.source}: posture is given; must be left out: stretched tissue bears a stress that "
+            "depends on its stiffness, so that its matrices are not linear in what is identified."
+        )
     given = [name for name in ("contact", "loads", "gravity", "initial", "symmetry") if getattr(scene, name)]
     if given:
         contact = (

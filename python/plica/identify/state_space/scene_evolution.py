@@ -12,8 +12,9 @@ from scipy import sparse
 from plica import _engine
 from plica.errors import InvalidInput
 from plica.identify.state_space.evolution import Evolution, hht_evolution
-from plica.runs.build import fixed_components, materials_of
-from plica.scene.mesh.build import build_mesh
+from plica.runs.build import fixed_components
+from plica.runs.materials import materials_of
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.parts import HilberHughesTaylor, Newmark
 from plica.scene.scene import Scene
 
@@ -56,7 +57,7 @@ def scene_matrices(scene: Scene) -> SceneMatrices:
             "scene_matrices: the scene has contact; must have none. Contact is not linear in the state, so "
             "there is no evolution G. Model the forces of frames in which folds touch as unknown inputs."
         )
-    mesh = build_mesh(scene.mesh, scene.source)
+    mesh = scene_mesh(scene)
     assembly = _engine.Assembly(mesh, *materials_of(scene, mesh))
     free = np.flatnonzero(~fixed_components(scene, mesh).reshape(-1))
     size = 3 * len(mesh.points)

@@ -8,7 +8,7 @@ from plica import _engine
 
 __all__ = ["changed_mesh"]
 
-_PARTS = ("points", "cells", "cell_layer", "cell_side", "layer_names", "surfaces", "node_sets")
+_PARTS = ("points", "cells", "cell_layer", "cell_side", "layer_names", "surfaces", "node_sets", "rest")
 
 
 def changed_mesh(mesh: _engine.TetMesh, **changes: Any) -> _engine.TetMesh:

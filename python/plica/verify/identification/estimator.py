@@ -10,7 +10,8 @@ from scipy import sparse
 
 from plica import _engine
 from plica.identify import MarginalLikelihood, Noise, estimate
-from plica.runs.build import fixed_components, materials_of
+from plica.runs.build import fixed_components
+from plica.runs.materials import materials_of
 from plica.verify.case import Case, Check, zero
 from plica.verify.identification.recorded import (
     FRAMES,

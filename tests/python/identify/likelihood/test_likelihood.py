@@ -25,7 +25,8 @@ from layered_block import (
 from plica import _engine
 from plica.identify import MarginalLikelihood, Noise, SurfacePoints, TissueParameter, estimate, log_prior
 from plica.identify.likelihood.noise_levels import profiled
-from plica.runs.build import fixed_components, materials_of
+from plica.runs.build import fixed_components
+from plica.runs.materials import materials_of
 
 NAMES: list[Any] = ["cover.E", "ligament.mu_fibre", "cover.viscosity"]
 FRAMES = 10

@@ -130,7 +130,7 @@ def test_fibres_are_mirrored_with_the_mesh(tissue: Any, materials: int, tmp_path
     """The stiffness of mirrored displacements is that of the displacements."""
     simulation = plica.build_simulation(scene := scene_of(quarter(tmp_path), **tissue))
     mesh = plica.build_mesh(scene.mesh)
-    assert len(plica.runs.build.materials_of(scene, mesh)[0]) == materials
+    assert len(plica.runs.materials.materials_of(scene, mesh)[0]) == materials
     values, columns, starts = simulation.stiffness
     rows_ = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
     u = np.random.default_rng(3).standard_normal(3 * len(mesh.points))
@@ -146,7 +146,7 @@ def test_fibres_are_mirrored_with_the_mesh(tissue: Any, materials: int, tmp_path
 
 def test_a_fibre_of_one_side_is_that_of_this_side(tmp_path: Path) -> None:
     scene = scene_of(quarter(tmp_path), fibre=(1, 2, 3), left={"fibre": (1, 2, 3)})
-    materials, names, of_cell = plica.runs.build.materials_of(scene, mesh := plica.build_mesh(scene.mesh))
+    materials, names, of_cell = plica.runs.materials.materials_of(scene, mesh := plica.build_mesh(scene.mesh))
     found = {name: tuple(m.elasticity.fibre) for m, name in zip(materials, names, strict=True) if "." in name}
     assert found["cover.left.front"] == found["cover.right.front"] == (1, 2, 3)
     assert found["cover.left.back"] == found["cover.right.back"] == (1, -2, 3)

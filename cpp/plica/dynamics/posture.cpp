@@ -1,0 +1,120 @@
+#include "plica/dynamics/posture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "plica/core/error.hpp"
+#include "plica/dynamics/rigid_motion.hpp"
+#include "plica/solve/factorization.hpp"
+
+namespace plica {
+
+namespace {
+
+constexpr double least_part = 1.0 / 512, first_part = 0.25;
+constexpr int most_iterations = 12;
+constexpr double least_step = 1e-11;  // of the mesh's size: the error after it is the square of that
+
+/// The way from rest to a posture, and where on it the tissue is.
+class Way {
+ public:
+  Way(const TetMesh& mesh, const Tissue& tissue, const Supports& supports, const Points& held)
+      : mesh_(mesh),
+        assembler_(mesh),
+        tissue_(tissue),
+        supports_(supports),
+        held_(as_vector(held)),
+        size_((mesh.points.colwise().maxCoeff() - mesh.points.colwise().minCoeff()).maxCoeff()) {
+    Vector free = held_;
+    supports_.project(free);
+    held_ -= free;
+    found_.displacement = Points::Zero(mesh.node_count(), 3);
+    for (const Material& material : tissue.materials) active_.push_back(material.active_stress);
+  }
+
+  Posture walk() {
+    double done = 0.0, part = first_part;
+    std::string why;
+    while (done < 1) {
+      const double aim = std::min(done + part, 1.0);
+      if (go_on(done, aim, why)) {
+        done = aim;
+        ++found_.parts;
+        part *= 1.5;
+      } else if ((part *= 0.5) < least_part) {
+        throw SolveFailed("Posture: no equilibrium beyond " + number_text(100 * done) + " % of it: " + why +
+                          ". Take less of it, or tissue that is stiffer against it.");
+      }
+    }
+    return found_;
+  }
+
+ private:
+  Assembler::Stretched at(const Vector& u) const {
+    return assembler_.stretched(tissue_, mesh_.points + as_points(u));
+  }
+  Vector solved(BlockMatrix slope, Vector force) const {
+    supports_.project(force);
+    supports_.constrain(slope);
+    return Factorization(slope.to_sparse()).solve(force);
+  }
+
+  /// One part of the way, from an equilibrium to the next; else why there is none so near.
+  bool go_on(double done, double aim, std::string& why) {
+    set_active(aim);
+    Vector u = as_vector(found_.displacement);
+    try {
+      const Vector moved = (aim - done) * held_;
+      Assembler::Stretched now = at(u);
+      u += moved + solved(now.slope, -(now.force + now.slope * moved));
+      for (int i = 0; i < most_iterations; ++i) {
+        now = at(u);
+        ++found_.iterations;
+        const Vector step = solved(std::move(now.slope), -now.force);
+        u += step;
+        if (step.cwiseAbs().maxCoeff() <= least_step * size_) {
+          found_.displacement = as_points(u);
+          return true;
+        }
+      }
+      why = "Newton's method does not lead on";
+    } catch (const CellInverted& failure) {
+      why = failure.what();
+    } catch (const SolveFailed&) {
+      why = "the tissue buckles";
+    }
+    set_active(done);
+    return false;
+  }
+
+  void set_active(double share) {
+    for (std::size_t i = 0; i < active_.size(); ++i) tissue_.materials[i].active_stress = share * active_[i];
+  }
+
+  const TetMesh& mesh_;
+  const Assembler assembler_;
+  Tissue tissue_;
+  const Supports& supports_;
+  Vector held_;
+  const double size_;  // m
+  std::vector<double> active_;
+  Posture found_;
+};
+
+}  // namespace
+
+Posture stretched(const TetMesh& mesh, const Tissue& tissue, const Supports& supports, const Points& held) {
+  check_mesh(mesh);
+  if (mesh.stretched()) throw InvalidInput("Posture: the mesh is stretched already; must be at rest.");
+  tissue.validate(mesh);
+  if (supports.size() != held.size() || held.rows() != mesh.node_count())
+    throw InvalidInput("Posture", "rows of what is held", static_cast<double>(held.rows()), "",
+                       std::to_string(mesh.node_count()) + ", one a node");
+  if (!held.allFinite()) throw InvalidInput("Posture: where nodes are held is not finite; must be finite.");
+  if (!rigid_motions(mesh, supports).empty())
+    throw InvalidInput("Posture: the supports let tissue move without strain; must be held for a posture.");
+  return Way(mesh, tissue, supports, held).walk();
+}
+
+}  // namespace plica

@@ -1,0 +1,151 @@
+"""Larynxes at a posture: what is stretched, what sees it, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import spsolve
+
+import plica
+from plica import InvalidInput, SceneError
+from plica.identify.model.model import require_linear
+from tests.python.interrupted_runs import assert_identical, kill_after, start
+
+
+def voice(posture: Any = None, **parts: Any) -> plica.Scene:
+    """A larynx of few cells, whose fibres stiffen."""
+    tissue = {
+        layer: plica.TISSUE_PRESETS["normal"][layer].replace({"stiffening": 2.0})
+        for layer in ("body", "ligament", "cover")
+    }
+    return plica.Scene(
+        plica.Larynx(larynx="coarse"),
+        tissue,
+        time=plica.Stepping(step="50 us", duration="1 ms"),
+        airflow=plica.Airflow(subglottal_pressure="300 Pa"),
+        posture=posture,
+        **parts,
+    )
+
+
+def modes(scene: plica.Scene, count: int = 3) -> np.ndarray:
+    return np.asarray(plica.eigenmodes(scene, count).frequency)
+
+
+def test_no_posture_and_none_to_speak_of_are_the_same_to_the_bit() -> None:
+    plain, still = plica.scene_mesh(voice()), plica.scene_mesh(voice(plica.Posture(elongation=0.0)))
+    assert still.rest is None
+    np.testing.assert_array_equal(plain.points, still.points)
+
+
+def test_what_is_held_moves_by_the_elongation_and_the_rest_follows() -> None:
+    scene = voice(plica.Posture(elongation=0.15))
+    mesh = plica.scene_mesh(scene)
+    rest, x = np.asarray(mesh.rest), np.asarray(mesh.points)
+    np.testing.assert_array_equal(rest, plica.build_mesh(scene.mesh).points)
+    wall = np.asarray(mesh.node_sets["wall"])
+    np.testing.assert_allclose(x[wall], rest[wall] * (1, 1.15, 1), rtol=0, atol=1e-17)
+    moved = x - rest
+    # symmetric as the larynx is, to what Newton's method leaves
+    for axis in (0, 1):
+        mirrored = rest * np.where(np.arange(3) == axis, -1, 1)
+        order = np.lexsort(np.round(rest, 9).T), np.lexsort(np.round(mirrored, 9).T)
+        image = moved[order[1]] * np.where(np.arange(3) == axis, -1, 1)
+        np.testing.assert_allclose(moved[order[0]], image, rtol=0, atol=1e-9 * np.abs(moved).max())
+    # folds become thinner as they become longer
+    airway = np.unique(np.asarray(mesh.surfaces["airway"]))
+    edge = airway[np.argmin(np.abs(rest[airway, 0]) + np.abs(rest[airway, 1]))]
+    assert abs(x[edge, 0]) > abs(rest[edge, 0])
+
+
+def test_pitch_rises_with_elongation_and_with_the_muscles_that_bring_it_about() -> None:
+    rest, longer = modes(voice()), modes(voice(plica.Posture(elongation=0.2)))
+    assert longer[0] > 1.1 * rest[0]
+    muscles = plica.Posture(
+        muscles=plica.Muscles(cricothyroid=0.5, thyroarytenoid=0.3, lateral_cricoarytenoid=0.2)
+    )
+    assert muscles.stretch == pytest.approx(0.2 * (1.5 - 0.3) - 0.04)
+    np.testing.assert_allclose(modes(voice(muscles)), modes(voice(plica.Posture(elongation=0.2))), rtol=1e-9)
+
+
+def test_a_muscle_that_pulls_raises_the_pitch_of_a_larynx_of_the_same_length() -> None:
+    rest, tense = modes(voice()), modes(voice(plica.Posture(active_stress={"body": "20 kPa"})))
+    assert tense[0] > 1.02 * rest[0]
+
+
+def test_a_quarter_moves_as_the_whole() -> None:
+    posture = plica.Posture(elongation=0.1)
+    whole, quarter = (plica.build_simulation(voice(posture, symmetry=part)) for part in (None, "quarter"))
+    found = [one.advance(10) for one in (whole, quarter)]
+    np.testing.assert_allclose(found[1]["flow"], found[0]["flow"], rtol=1e-7)
+    np.testing.assert_allclose(
+        quarter.displacement, whole.displacement, rtol=0, atol=1e-6 * np.abs(whole.displacement).max()
+    )
+
+
+def test_small_steps_about_the_posture_are_those_of_the_nonlinear_tissue() -> None:
+    """K is the slope of the force there: its answer to a little more elongation is the nonlinear one."""
+    scene = voice(plica.Posture(elongation=0.15))
+    more = voice(plica.Posture(elongation=0.1505))
+    mesh, further = plica.scene_mesh(scene), plica.scene_mesh(more)
+    step = np.asarray(further.points) - np.asarray(mesh.points)
+    simulation = plica.build_simulation(scene)
+    K = csr_array(simulation.stiffness, shape=(step.size, step.size))
+    wall = np.zeros(step.shape, dtype=bool)
+    wall[np.asarray(mesh.node_sets["wall"])] = True
+    held, free = wall.ravel(), ~wall.ravel()
+    linear = np.zeros(step.size)
+    linear[held] = step.ravel()[held]
+    linear[free] = spsolve(K[free][:, free].tocsc(), -(K[free][:, held] @ linear[held]))
+    error = np.abs(linear - step.ravel()).max() / np.abs(step).max()
+    assert error < 2e-3
+
+
+@pytest.mark.slow
+def test_a_killed_run_goes_on_to_the_bit(tmp_path: Path) -> None:
+    scene = voice(plica.Posture(elongation=0.1)).replace({"time.duration": "10 ms"})
+    file = tmp_path / "voice.toml"
+    scene.save(file)
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    assert start(file, whole).wait() == 0
+    assert kill_after(start(file, killed), killed, 60)
+    assert start(file, killed, "--resume").wait() == 0
+    assert_identical(whole, killed)
+
+
+@pytest.mark.parametrize(
+    ("posture", "message"),
+    [
+        ({"elongation": 2}, "elongation"),
+        ({"elongation": "20 mm"}, "elongation"),
+        ({"elongation": -0.6}, "elongation"),
+        ({}, "give one"),
+        ({"elongation": 0.1, "muscles": {"cricothyroid": 0.2}}, "must be left out with muscles"),
+        ({"muscles": {"cricothyroid": 1.2}}, "cricothyroid"),
+        ({"muscles": {"cricothyroid": -0.1}}, "cricothyroid"),
+        ({"muscles": {"vocalis": 0.1}}, "vocalis"),
+        ({"active_stress": {"body": "1 mm"}}, "active_stress"),
+        ({"stretch": 0.1}, "stretch"),
+    ],
+)
+def test_bad_postures_are_refused(posture: dict[str, Any], message: str) -> None:
+    with pytest.raises(SceneError, match=message):
+        voice(posture)
+
+
+def test_postures_that_a_scene_cannot_have_are_refused() -> None:
+    with pytest.raises(SceneError, match=r"posture\.active_stress\.muscle is not a layer"):
+        plica.scene_mesh(voice(plica.Posture(active_stress={"muscle": "1 kPa"})))
+    with pytest.raises(SceneError, match=r"posture: no equilibrium beyond .* % of it"):
+        plica.scene_mesh(voice(plica.Posture(elongation=-0.45)))
+    with pytest.raises(SceneError, match="stiffening"):
+        plica.Tissue(E="1 kPa", nu=0.3, stiffening=1)
+    loose = voice(plica.Posture(elongation=0.1)).replace({"supports": {"fixed": []}})
+    with pytest.raises(SceneError, match="posture"):
+        plica.scene_mesh(loose)
+    with pytest.raises(InvalidInput, match="posture is given; must be left out"):
+        require_linear(voice(plica.Posture(elongation=0.1)).replace({"symmetry": None}))
