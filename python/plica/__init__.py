@@ -21,8 +21,8 @@ from plica._engine import build_info, set_threads
 from plica.camera.pose import Camera
 from plica.errors import CautionWarning, InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
 from plica.films import Film, film, write_film
-from plica.runs.build import build_simulation, equilibrium
-from plica.runs.flow_equilibrium import FlowEquilibrium, flow_equilibrium
+from plica.runs.build import build_simulation, equilibrium, flow_equilibrium
+from plica.runs.flow_equilibrium import FlowEquilibrium
 from plica.runs.reduce import reduce
 from plica.runs.results import Run
 from plica.runs.run import run

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.runs.basis_file import read_basis
+from plica.runs.flow_equilibrium import EquilibriumBranch, FlowEquilibrium, require_steady
 from plica.runs.materials import located, materials_of, place_text
 from plica.runs.options import engine_options
 from plica.runs.scene_mesh import scene_mesh
@@ -21,13 +22,17 @@ from plica.scene.mesh.parts import MeshFile
 from plica.scene.mesh.surface_fault import airway_fault, contact_fault, selecting
 from plica.scene.parts import Airflow, Contact
 from plica.scene.scene import Scene
+from plica.units import quantity
 
 __all__ = [
     "build_simulation",
     "contact_sides",
     "equilibrium",
+    "equilibrium_branch",
     "fixed_components",
+    "flow_equilibrium",
     "probe_nodes",
+    "whole_tissue",
 ]
 
 
@@ -70,17 +75,18 @@ def build_simulation(
     ------
     SceneError
         If the scene names something that its mesh does not have.
+    SolveFailed
+        If it begins in an equilibrium with the flow that is not there.
     """
     mesh = scene_mesh(scene) if mesh is None else mesh
     body = _body(scene, mesh)
     if isinstance(scene.mesh, MeshFile) and scene.mesh.mirror is not None:
         airway = None if scene.airflow is None else scene.airflow.surface
         require_apart(mesh, body["fixed"], airway, scene.source)
+    if basis is None and scene.reduction is not None:
+        basis = read_basis(scene.reduction.basis, scene, mesh)
     if displacement is None and velocity is None:
-        displacement, velocity = initial_fields(scene, mesh, body["fixed"])
-        if scene.initial is not None and scene.initial.equilibrium:
-            at_rest = _at_rest(scene, body)
-            displacement = at_rest if displacement is None else at_rest + displacement
+        displacement, velocity = _start(scene, mesh, body, basis)
     parts: dict[str, Any] = {}
     if scene.airflow is not None:
         parts["airflow"] = _airflow(scene, scene.airflow, mesh)
@@ -94,8 +100,6 @@ def build_simulation(
         parts["probes"] = probe_nodes(scene, mesh)
     if scene.symmetry is not None:
         parts["symmetry"] = scene.symmetry
-    if basis is None and scene.reduction is not None:
-        basis = read_basis(scene.reduction.basis, scene, mesh)
     if basis is not None:
         watched = {} if scene.reduction is None else {"watch_every": scene.reduction.watch_every}
         parts["reduction"] = _engine.Reduction(basis=basis, **watched)
@@ -120,6 +124,86 @@ def equilibrium(scene: Scene) -> NDArray[np.float64]:
     or the scene names something that its mesh does not have.
     """
     return _at_rest(scene, _body(scene, scene_mesh(scene)))
+
+
+def flow_equilibrium(
+    scene: Scene, pressure: float | str | None = None, mesh: _engine.TetMesh | None = None
+) -> FlowEquilibrium:
+    """Tissue at rest under the steady flow through it, K u = f + B p(A u), without contact.
+
+    Parameters
+    ----------
+    scene : Scene
+        With an airflow whose load acts on the surface at rest; loads must be constant. Contact, initial
+        values, reduction, symmetry and the pressure's rise are ignored.
+    pressure : float or str, optional
+        [Pa] Instead of the scene's subglottal pressure.
+    mesh : TetMesh, optional
+        The scene's mesh, if it is already built.
+
+    Returns
+    -------
+    FlowEquilibrium
+        That of the branch that begins with the tissue at rest without flow, followed as the pressure rises.
+
+    Raises
+    ------
+    InvalidInput
+        If the scene is none of these, or its folds overlap at rest.
+    SolveFailed
+        If the branch ends below this pressure, or the folds touch there.
+    """
+    require_steady(scene)
+    assert scene.airflow is not None
+    wanted = scene.airflow.subglottal_pressure
+    if pressure is not None:
+        wanted = quantity("flow_equilibrium", "pressure", pressure, "Pa", 1e-3, 1e6)
+    return equilibrium_branch(scene, mesh).at(wanted)
+
+
+def equilibrium_branch(
+    scene: Scene,
+    mesh: _engine.TetMesh | None = None,
+    simulation: _engine.Simulation | None = None,
+    basis: NDArray[np.float64] | None = None,
+) -> EquilibriumBranch:
+    """The branch of equilibria with the flow to which `flow_equilibrium` belongs.
+
+    mesh, simulation: of the scene, and of its `whole_tissue`, if they are already built. basis (3 n, any):
+    displacements are its combinations. Raises InvalidInput as `flow_equilibrium`.
+    """
+    require_steady(scene)
+    mesh = scene_mesh(scene) if mesh is None else mesh
+    at_rest = np.zeros_like(mesh.points)
+    if scene.gravity is not None or scene.loads:
+        at_rest = _at_rest(scene, _body(scene, mesh))
+    if simulation is None:
+        simulation = build_simulation(whole_tissue(scene), mesh)
+    return EquilibriumBranch(scene, mesh, simulation, at_rest, basis)
+
+
+def whole_tissue(scene: Scene) -> Scene:
+    """The scene without symmetry, and without what neither its matrices nor its flow depend on."""
+    changes: dict[str, Any] = {"reduction": None, "symmetry": None, "initial": None}
+    if scene.contact is not None and scene.contact.surface_mass == "kept":
+        changes["contact"] = None
+    return scene.replace(changes)
+
+
+def _start(
+    scene: Scene, mesh: _engine.TetMesh, body: dict[str, Any], basis: NDArray[np.float64] | None
+) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
+    """Displacement m and velocity m/s at t = 0, (n, 3) each, or None if zero."""
+    displacement, velocity = initial_fields(scene, mesh, body["fixed"])
+    if scene.initial is None or scene.initial.equilibrium is False:
+        return displacement, velocity
+    if scene.initial.equilibrium == "flow":
+        assert scene.airflow is not None  # as the scene requires
+        branch = equilibrium_branch(scene, mesh, basis=basis)
+        rest = branch.at(scene.airflow.subglottal_pressure).displacement
+    else:
+        rest = _at_rest(scene, body)
+    return rest if displacement is None else rest + displacement, velocity
 
 
 def _at_rest(scene: Scene, body: dict[str, Any]) -> NDArray[np.float64]:

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
-from plica.runs.build import build_simulation, equilibrium
-from plica.runs.scene_mesh import scene_mesh
+from plica.runs.nodal_matrices import NodalMatrices, ritz
+from plica.scene.held import fixed_components
 from plica.scene.scene import Scene
-from plica.units import quantity
 
-__all__ = ["EquilibriumBranch", "FlowEquilibrium", "flow_equilibrium"]
+__all__ = ["EquilibriumBranch", "FlowEquilibrium", "require_steady"]
 
 Floats = NDArray[np.float64]
 
@@ -62,10 +61,14 @@ class EquilibriumBranch:
     ----------
     scene : Scene
         It must have an airflow whose load acts on the surface at rest, and no load that varies.
-    mesh : TetMesh, optional
-        The scene's mesh, if it is already built.
-    simulation : Simulation, optional
-        Of the scene without reduction and symmetry, if it is already built.
+    mesh : TetMesh
+        The scene's mesh.
+    simulation : Simulation
+        Of the scene without reduction and symmetry.
+    at_rest : (n, 3) m
+        The displacement under gravity and loads.
+    basis : (3 n, any), optional
+        The displacements are its combinations, and the equilibrium that of the forces along them.
 
     Raises
     ------
@@ -76,27 +79,24 @@ class EquilibriumBranch:
     def __init__(
         self,
         scene: Scene,
-        mesh: _engine.TetMesh | None = None,
-        simulation: _engine.Simulation | None = None,
+        mesh: _engine.TetMesh,
+        simulation: _engine.Simulation,
+        at_rest: Floats,
+        basis: Floats | None = None,
     ) -> None:
-        _require(scene)
-        mesh = scene_mesh(scene) if mesh is None else mesh
-        if simulation is None:
-            simulation = build_simulation(scene.replace({"reduction": None, "symmetry": None}), mesh)
+        require_steady(scene)
         from scipy.sparse import csr_array
 
         self.scene = scene
         self.flow = _engine.GlottalFlow(simulation)
         self._points = np.asarray(mesh.points)
-        self.at_rest = np.zeros_like(self._points)
-        if scene.gravity is not None or scene.loads:
-            self.at_rest = equilibrium(scene)
-        try:
-            self._solver = _engine.StaticSolver(simulation)
-        except SolveFailed:
-            raise InvalidInput(
-                "supports: a rigid motion is possible; must be held for an equilibrium with the flow."
-            ) from None
+        self._span: _Span | None = None
+        if basis is None:
+            self._solver = _static_solver(simulation)
+            self.at_rest = at_rest
+        else:
+            self._span = _Span(simulation, fixed_components(scene, mesh), basis)
+            self.at_rest = self._span.nearest(at_rest.reshape(-1, 1)).reshape(-1, 3)
         self._height = np.asarray(self.flow.height)
         self._spacing = np.asarray(self.flow.width_spacing())
         self.patterns = csr_array(self.flow.load_patterns(), shape=(self._points.size, self.pressures))
@@ -127,6 +127,8 @@ class EquilibriumBranch:
 
     def moved_by(self, forces: Floats) -> Floats:
         """(3 n, k) m: static responses to forces (3 n, k) N, zero where nodes are held."""
+        if self._span is not None:
+            return self._span.moved_by(forces)
         return np.asarray(self._solver.solve(np.asfortranarray(forces)))
 
     def summed(self, widths: Floats, open_widths: NDArray[np.bool_]) -> Floats:
@@ -318,42 +320,34 @@ class EquilibriumBranch:
         )
 
 
-def flow_equilibrium(
-    scene: Scene, pressure: float | str | None = None, mesh: _engine.TetMesh | None = None
-) -> FlowEquilibrium:
-    """Tissue at rest under the steady flow through it, K u = f + B p(A u), without contact.
+class _Span:
+    """Static responses in the span of a basis (3 n, any)."""
 
-    Parameters
-    ----------
-    scene : Scene
-        With an airflow whose load acts on the surface at rest; loads must be constant. Contact, initial
-        values, reduction, symmetry and the pressure's rise are ignored.
-    pressure : float or str, optional
-        [Pa] Instead of the scene's subglottal pressure.
-    mesh : TetMesh, optional
-        The scene's mesh, if it is already built.
+    def __init__(self, simulation: _engine.Simulation, fixed: NDArray[np.bool_], basis: Floats) -> None:
+        matrices = NodalMatrices(simulation, fixed)
+        self._stiffness = matrices.stiffness
+        self._squares, self._shapes = ritz(matrices, np.where(matrices.free[:, None], basis, 0.0))
 
-    Returns
-    -------
-    FlowEquilibrium
-        That of the branch that begins with the tissue at rest without flow, followed as the pressure rises.
+    def moved_by(self, forces: Floats) -> Floats:
+        """(3 n, k) m, of forces (3 n, k) N."""
+        found: Floats = self._shapes @ ((self._shapes.T @ forces) / self._squares[:, None])
+        return found
 
-    Raises
-    ------
-    InvalidInput
-        If the scene is none of these, or its folds overlap at rest.
-    SolveFailed
-        If the branch ends below this pressure, or the folds touch there.
-    """
-    _require(scene)
-    assert scene.airflow is not None
-    wanted = scene.airflow.subglottal_pressure
-    if pressure is not None:
-        wanted = quantity("flow_equilibrium", "pressure", pressure, "Pa", 1e-3, 1e6)
-    return EquilibriumBranch(scene, mesh).at(wanted)
+    def nearest(self, field: Floats) -> Floats:
+        """(3 n, k) m, what the forces that hold displacements (3 n, k) m make of them."""
+        return self.moved_by(self._stiffness @ field)
 
 
-def _require(scene: Scene) -> None:
+def _static_solver(simulation: _engine.Simulation) -> _engine.StaticSolver:
+    try:
+        return _engine.StaticSolver(simulation)
+    except SolveFailed:
+        raise InvalidInput(
+            "supports: a rigid motion is possible; must be held for an equilibrium with the flow."
+        ) from None
+
+
+def require_steady(scene: Scene) -> None:
     """Raise for a scene that has no equilibrium with a flow of this kind."""
     if scene.airflow is None:
         raise InvalidInput(

@@ -114,7 +114,7 @@ def basis_of(
     from plica.runs.basis import reduction_basis  # needs SciPy, which no run does
 
     return reduction_basis(
-        build_simulation(scene.replace({"reduction": None, "symmetry": None}), mesh),
+        build_simulation(scene.replace({"reduction": None, "symmetry": None, "initial": None}), mesh),
         mesh,
         fixed_components(scene, mesh),
         motion=None if run is None else _motion(scene, run, mesh),

@@ -10,7 +10,7 @@ from plica.scene.part import problem
 
 __all__ = ["COMBINATIONS", "Combination", "require_combinable"]
 
-Fault = tuple[tuple[str, ...], object] | None
+Fault = tuple[tuple[str | int, ...], object] | None
 
 
 @dataclass(frozen=True)
@@ -152,6 +152,36 @@ def _begins_with_a_flow(scene: Any) -> Fault:
     return (("airflow", "rise"), 0.0) if still and at_once else None
 
 
+def _in_the_flow(scene: Any) -> bool:
+    """Whether it begins in the equilibrium with the flow."""
+    return scene.initial is not None and scene.initial.equilibrium == "flow"
+
+
+def _rises_from_the_flow(scene: Any) -> Fault:
+    rises = _in_the_flow(scene) and scene.airflow is not None and scene.airflow.rise > 0
+    return (("airflow", "rise"), scene.airflow.rise) if rises else None
+
+
+def _shut_off_from_the_flow(scene: Any) -> Fault:
+    if not _in_the_flow(scene):
+        return None
+    if scene.trachea is not None and scene.trachea.supply.flow is not None:
+        return ("trachea", "supply", "flow"), None
+    if scene.tract is not None and scene.tract.end.closed is not None:
+        return ("tract", "end"), "closed"
+    return None
+
+
+def _swung_in_the_flow(scene: Any) -> Fault:
+    """The first load that varies."""
+    if not _in_the_flow(scene):
+        return None
+    return next(
+        ((("loads", k, "frequency"), load.frequency) for k, load in enumerate(scene.loads) if load.frequency),
+        None,
+    )
+
+
 def _explicit_between_tubes(scene: Any) -> Fault:
     if scene.airflow is None or (scene.tract is None and scene.trachea is None) or _is_explicit(scene):
         return None
@@ -193,6 +223,44 @@ COMBINATIONS = (
         "nothing flows into them. Add [airflow].",
         "physics",
         _tube_without_airflow,
+    ),
+    Combination(
+        "Scene",
+        'initial.equilibrium = "flow"',
+        "no airflow",
+        "must be true or false",
+        "there is no flow to be in equilibrium with. true is the one under gravity and loads.",
+        "physics",
+        lambda scene: (
+            (("initial", "equilibrium"), "flow") if _in_the_flow(scene) and scene.airflow is None else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        "airflow.rise > 0",
+        'initial.equilibrium = "flow"',
+        "must be 0 s",
+        "the equilibrium is the one under the whole pressure, which would not be there.",
+        "physics",
+        _rises_from_the_flow,
+    ),
+    Combination(
+        "Scene",
+        'trachea.supply.flow, tract.end = "closed"',
+        'initial.equilibrium = "flow"',
+        "must be a supply of pressure, an end that is not closed",
+        "the equilibrium is the one under a pressure.",
+        "physics",
+        _shut_off_from_the_flow,
+    ),
+    Combination(
+        "Scene",
+        "loads.frequency > 0",
+        'initial.equilibrium = "flow"',
+        "must be 0 Hz",
+        "nothing is at rest under a load that varies.",
+        "physics",
+        _swung_in_the_flow,
     ),
     Combination(
         "Scene",
@@ -427,6 +495,19 @@ COMBINATIONS = (
         lambda scene: (
             (("airflow", "load_shape"), "current")
             if _is_reduced(scene) and scene.airflow is not None and scene.airflow.load_shape == "current"
+            else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        'airflow.load_shape = "current"',
+        'initial.equilibrium = "flow"',
+        'must be "reference"',
+        "the equilibrium is found with loads that are linear in the pressures.",
+        "construction",
+        lambda scene: (
+            (("airflow", "load_shape"), "current")
+            if _in_the_flow(scene) and scene.airflow is not None and scene.airflow.load_shape == "current"
             else None
         ),
     ),

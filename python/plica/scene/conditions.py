@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from plica.scene.part import Part, problem
 from plica.units import Frequency, Length, Number, Pressure, Velocity
@@ -67,9 +67,18 @@ class Initial(Part):
     of a fold."""
     displacement: dict[str, tuple[Length, Length, Length]] = Field(default_factory=dict)
     """[m] Uniform over the nodes of a layer, or of a fold."""
-    equilibrium: bool = False
-    """Start from the displacement at rest under gravity and loads, without airflow and contact; initial
-    displacements add to it."""
+    equilibrium: bool | Literal["flow"] = False
+    """Start from the displacement at rest, to which initial displacements add: ``true`` that under gravity
+    and loads, without airflow; ``"flow"`` that under the steady flow of the whole pressure too, which stands
+    in trachea and tract (`plica.flow_equilibrium`): below the onset of phonation nothing happens, above it
+    what is added grows. Contact is no part of either."""
+
+    @field_validator("equilibrium", mode="before")
+    @classmethod
+    def _is_known(cls, value: Any) -> Any:
+        if isinstance(value, bool) or value == "flow":
+            return value
+        raise problem('must be true, false or "flow".', value=value)
 
 
 class Load(Part):

@@ -146,7 +146,8 @@ def _choices(annotation: object) -> str:
     literal = next((one for one in found if typing.get_origin(one) is typing.Literal), None)
     if literal is None:
         return ""
-    return f" One of {', '.join(f'`{_written(value)}`' for value in typing.get_args(literal))}."
+    values = (*((True, False) if bool in found else ()), *typing.get_args(literal))
+    return f" One of {', '.join(f'`{_written(value)}`' for value in values)}."
 
 
 def _meaning(part: type[Part], name: str) -> tuple[str, str]:

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
-from plica.runs.build import build_simulation, fixed_components
+from plica.runs.build import build_simulation, fixed_components, whole_tissue
+from plica.runs.nodal_matrices import NodalMatrices, ritz
 from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.scene.symmetry import nearest_image
 from plica.units import number
 
-__all__ = ["Eigenmodes", "NodalMatrices", "basis_of", "eigenmodes", "ritz", "whole_tissue"]
+__all__ = ["Eigenmodes", "basis_of", "eigenmodes"]
 
 Floats = NDArray[np.float64]
 
@@ -47,23 +47,6 @@ class Eigenmodes:
     """(k) The same for y = 0."""
     shape: Floats
     """(k, n, 3) - scaled so that the largest displacement of a node is 1."""
-
-
-class NodalMatrices:
-    """M, K and C (3 n, 3 n) of a simulation's free unknowns."""
-
-    def __init__(self, simulation: _engine.Simulation, fixed: NDArray[np.bool_]) -> None:
-        from scipy.sparse import csr_array
-
-        self.free = ~fixed.ravel()
-        shape = (self.free.size, self.free.size)
-
-        def of(values: Any) -> Any:
-            return csr_array(values, shape=shape)
-
-        self.mass, self.stiffness = of(simulation.mass), of(simulation.stiffness)
-        viscosity = simulation.viscosity
-        self.viscosity = None if viscosity is None else of(viscosity)
 
 
 def eigenmodes(scene: Scene, count: int = 20, mesh: _engine.TetMesh | None = None) -> Eigenmodes:
@@ -99,29 +82,6 @@ def eigenmodes(scene: Scene, count: int = 20, mesh: _engine.TetMesh | None = Non
         basis = reduction_basis(simulation, mesh, fixed, modes=count, symmetry=scene.symmetry)
     squares, shapes = ritz(matrices, basis)
     return _described(scene, mesh, matrices, squares[:count], shapes[:, :count])
-
-
-def whole_tissue(scene: Scene) -> Scene:
-    """The scene without symmetry, and without what neither its matrices nor its flow depend on."""
-    changes: dict[str, Any] = {"reduction": None, "symmetry": None, "initial": None}
-    if scene.contact is not None and scene.contact.surface_mass == "kept":
-        changes["contact"] = None
-    return scene.replace(changes)
-
-
-def ritz(matrices: NodalMatrices, basis: Floats) -> tuple[Floats, Floats]:
-    """Squares of frequencies (r) 1/s^2, ascending, and shapes (3 n, r), Phi^T M Phi = 1, in the span of a
-    basis."""
-    from scipy.linalg import eigh
-
-    basis = basis / np.linalg.norm(basis, axis=0)
-    M, K = (basis.T @ (matrix @ basis) for matrix in (matrices.mass, matrices.stiffness))
-    scale = 1 / np.sqrt(np.diag(M))
-    weights, axes = np.linalg.eigh(M * scale[:, None] * scale)
-    kept = weights > 1e-12 * weights[-1]  # directions that repeat others to 1e-6
-    combined = (scale[:, None] * axes[:, kept]) / np.sqrt(weights[kept])
-    squares, turned = eigh(combined.T @ K @ combined)
-    return squares, basis @ (combined @ turned)
 
 
 @contextmanager

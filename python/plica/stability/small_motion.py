@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput
-from plica.runs.build import build_simulation, fixed_components
-from plica.runs.flow_equilibrium import EquilibriumBranch, FlowEquilibrium
+from plica.runs.build import build_simulation, equilibrium_branch, fixed_components, whole_tissue
+from plica.runs.flow_equilibrium import FlowEquilibrium
+from plica.runs.nodal_matrices import NodalMatrices, ritz
 from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.scene.symmetry import symmetry_planes
-from plica.stability.modes import NodalMatrices, basis_of, ritz, whole_tissue
+from plica.stability.modes import basis_of
 from plica.units import number
 
 __all__ = ["Damping", "SmallMotion", "Spectrum"]
@@ -108,7 +109,7 @@ class SmallMotion:
         mesh = scene_mesh(scene) if mesh is None else mesh
         fixed = fixed_components(scene, mesh)
         simulation = build_simulation(whole_tissue(scene), mesh)
-        self.branch = EquilibriumBranch(scene, mesh, simulation)
+        self.branch = equilibrium_branch(scene, mesh, simulation)
         assert scene.airflow is not None
         if modes is None:
             modes = min(MODES, int((~fixed).sum()) // 2 ** (1 + symmetry_planes(scene.symmetry)))

@@ -131,6 +131,10 @@ SCENES: dict[str, tuple[str, str, str]] = {
         *added("[supports]\nfixed = []\n[initial]\nequilibrium = true"),
         "without strain; must be held for an equilibrium. Hold more of its nodes",
     ),
+    "an equilibrium of another kind": (
+        *added('[initial]\nequilibrium = "yes"'),
+        's.toml: initial.equilibrium = "yes"; must be true, false or "flow".',
+    ),
     "mesh lines": (AROUND, "around = 10", "mesh.options.around = 10; must be a multiple of 4."),
     "levels": ("levels = [1, 1,", "levels = [1,", "s.toml: mesh: Larynx: number of levels = 9; must be 10."),
     "larynx too narrow": (

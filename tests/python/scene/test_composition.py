@@ -15,6 +15,7 @@ from plica.scene.composition import COMBINATIONS, Combination
 PART = {"file": "part.msh", "mirror": "fold"}
 EXPLICIT = {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}}
 REDUCED = {"reduction": {"basis": "basis.h5"}}
+IN_FLOW = {"initial": {"equilibrium": "flow"}}
 BOX = {"block": {"size": [1e-2, 1e-2, 1e-2], "divisions": [2, 2, 2]}}
 ON_BOX = {
     "mesh": BOX,
@@ -27,6 +28,20 @@ ON_BOX = {
 # Of each row, by option and other: changes of a larynx with airflow and contact by multipliers.
 CHANGES: dict[tuple[str, str], dict[str, Any]] = {
     ("tract, trachea", "no airflow"): {"tract": {"vowel": {"name": "a"}}, "airflow": None},
+    ('initial.equilibrium = "flow"', "no airflow"): {**IN_FLOW, "airflow": None, "contact": None},
+    ("airflow.rise > 0", 'initial.equilibrium = "flow"'): {**IN_FLOW, "airflow.rise": 1e-3},
+    ('trachea.supply.flow, tract.end = "closed"', 'initial.equilibrium = "flow"'): {
+        **IN_FLOW,
+        "tract": {"uniform": {"length": 0.17, "area": 3e-4}, "end": "closed"},
+    },
+    ("loads.frequency > 0", 'initial.equilibrium = "flow"'): {
+        **IN_FLOW,
+        "loads": [{"surface": "airway", "traction": [0, 0, 1.0], "frequency": 50.0}],
+    },
+    ('airflow.load_shape = "current"', 'initial.equilibrium = "flow"'): {
+        **IN_FLOW,
+        "airflow.load_shape": "current",
+    },
     ("airflow.rise = 0", 'trachea.supply.flow, tract.end = "closed"'): {
         "trachea": {"uniform": {"length": 0.15, "area": 2e-4}, "supply": {"flow": {"flow": 2e-4}}},
     },

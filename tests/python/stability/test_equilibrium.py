@@ -11,14 +11,14 @@ from scipy.sparse import csr_array
 import plica
 from flow_folds import folds, stepped
 from plica import _engine
-from plica.runs.build import build_simulation, fixed_components
+from plica.runs.build import build_simulation, equilibrium_branch, fixed_components
 from plica.runs.flow_equilibrium import EquilibriumBranch
 from plica.scene.mesh.build import build_mesh
 
 
 @pytest.fixture(scope="module")
 def branch() -> EquilibriumBranch:
-    return EquilibriumBranch(folds(gap=2e-4))
+    return equilibrium_branch(folds(gap=2e-4))
 
 
 def test_elastic_forces_are_those_of_the_flow_through_the_areas() -> None:
@@ -61,7 +61,7 @@ def test_small_pressures_move_in_proportion(branch: EquilibriumBranch) -> None:
 
 def test_a_branch_does_not_depend_on_the_order_in_which_it_is_asked(branch: EquilibriumBranch) -> None:
     for pressure in (700.0, 300.0, 500.0):
-        own = EquilibriumBranch(branch.scene).at(pressure)
+        own = equilibrium_branch(branch.scene).at(pressure)
         np.testing.assert_allclose(branch.at(pressure).area, own.area, rtol=1e-8)
 
 

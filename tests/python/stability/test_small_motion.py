@@ -12,8 +12,7 @@ from scipy.sparse.linalg import splu
 
 import plica
 from flow_folds import folds, grown, stepped
-from plica.runs.build import build_simulation, fixed_components
-from plica.runs.flow_equilibrium import EquilibriumBranch
+from plica.runs.build import build_simulation, equilibrium_branch, fixed_components
 from plica.scene.mesh.build import build_mesh
 from plica.stability.small_motion import Damping, SmallMotion
 
@@ -36,7 +35,7 @@ class SectionPressures:
             csr_array(m)[self.free][:, self.free]
             for m in (simulation.mass, simulation.viscosity, simulation.stiffness)
         )
-        branch = EquilibriumBranch(scene, mesh)
+        branch = equilibrium_branch(scene, mesh)
         rest = branch.at(pressure)
         self.slope = np.asarray(rest.tangent.pressure_by_area)
         self.tangent = rest.tangent

@@ -9,7 +9,7 @@ import pytest
 
 import plica
 from flow_folds import folds, grown, stepped
-from plica.runs.flow_equilibrium import EquilibriumBranch
+from plica.runs.build import equilibrium_branch
 from plica.stability.small_motion import SmallMotion
 
 TRACHEA = {"uniform": {"length": "20 cm", "area": "2.5 cm^2"}, "supply": {"pressure": {"reflection": 0.2}}}
@@ -23,7 +23,7 @@ def between(**tubes: Any) -> plica.Scene:
 
 def test_a_steady_flow_pays_for_the_resistance_of_its_tubes() -> None:
     scene = between(**TUBES)
-    branch = EquilibriumBranch(scene)
+    branch = equilibrium_branch(scene)
     rest = branch.at(800.0)
     below, above = rest.pressure[-2:]
     assert below == pytest.approx(800.0 - branch.flow.trachea.steady_resistance * rest.flow, rel=1e-10)
