@@ -21,7 +21,7 @@ from benchmarks.harness.record import ROOT
 from benchmarks.harness.study import record, script_parser
 from plica.stability.small_motion import SmallMotion
 
-FROM, TO = 10e-3, 50e-3  # s: sound in tubes has died away; the tubes begin with the steady flow
+FROM, TO = 10e-3, 40e-3  # s: sound in tubes has died away; the tubes begin with the steady flow
 LINEAR = 0.02  # of its area: before a section moves by more
 MOVED = 2e-7  # m
 STEP = 2e-5  # s
@@ -129,7 +129,7 @@ def _shown(s: complex, found: complex) -> list[str]:
 if __name__ == "__main__":
     parser = script_parser(__doc__)
     parser.add_argument("--mesh", default="coarse")
-    parser.add_argument("--modes", type=int, default=100, help="of the analysis, and of reduced time steps")
+    parser.add_argument("--modes", type=int, default=60, help="of the analysis, and of reduced time steps")
     record(
         "onset_steps",
         ["scene", "Pa", "growth (1/s)", "Hz", "in steps (1/s)", "in steps (Hz)", "off (%)", "off in f (%)"],

@@ -120,16 +120,20 @@ void bind_options(py::module_& engine) {
       .bind(engine, {}, py::kw_only());
   options<CutSections>("Cut", option("sections", &CutSections::sections)).bind(engine, {}, py::kw_only());
   options<EllipticSections>("Elliptic").bind(engine);
+  options<PressureCourse>("Course", option("time", &PressureCourse::time),
+                          option("pressure", &PressureCourse::pressure))
+      .bind(
+          engine, [](const PressureCourse& course) { course.validate(); }, py::kw_only());
   using Flow = Airflow::Options;
   const auto flow = &AirflowPart::flow;
   const auto tubes = &AirflowPart::tubes;
   options<AirflowPart>("Airflow", option("surface", &AirflowPart::surface),
                        option("subglottal_pressure", flow, &Flow::subglottal_pressure),
-                       option("rise", flow, &Flow::rise), option("air_density", flow, &Flow::air_density),
-                       option("model", flow, &Flow::model), option("area", flow, &Flow::area),
-                       option("load_shape", flow, &Flow::load_shape), option("coupling", &AirflowPart::coupling),
-                       option("trachea", tubes, &Tubes::trachea), option("tract", tubes, &Tubes::tract),
-                       option("sound_speed", tubes, &Tubes::sound_speed))
+                       option("rise", flow, &Flow::rise), option("course", flow, &Flow::course),
+                       option("air_density", flow, &Flow::air_density), option("model", flow, &Flow::model),
+                       option("area", flow, &Flow::area), option("load_shape", flow, &Flow::load_shape),
+                       option("coupling", &AirflowPart::coupling), option("trachea", tubes, &Tubes::trachea),
+                       option("tract", tubes, &Tubes::tract), option("sound_speed", tubes, &Tubes::sound_speed))
       .bind(
           engine,
           [](const AirflowPart& part) {

@@ -39,6 +39,7 @@ from plica.scene.parts import (
     ConjugateGradients,
     Contact,
     Coupling,
+    Course,
     Cut,
     Elliptic,
     Extrapolated,
@@ -69,6 +70,7 @@ from plica.scene.tissue import Tissue, TissueSide
 from plica.scene.tissue_presets import TISSUE_PRESETS
 from plica.scene.tubes import Trachea, Tract
 from plica.stability.modes import Eigenmodes, eigenmodes
+from plica.stability.offset import Offset, offset
 from plica.stability.onset import Onset, growth, onset
 from plica.uncertainty import estimate_uncertainty
 
@@ -92,6 +94,7 @@ __all__ = [
     "ConjugateGradients",
     "Contact",
     "Coupling",
+    "Course",
     "Cut",
     "Eigenmodes",
     "Elliptic",
@@ -113,6 +116,7 @@ __all__ = [
     "Muscles",
     "Newmark",
     "Nitsche",
+    "Offset",
     "Onset",
     "Output",
     "Penalty",
@@ -147,6 +151,7 @@ __all__ = [
     "flow",
     "flow_equilibrium",
     "growth",
+    "offset",
     "onset",
     "reduce",
     "run",

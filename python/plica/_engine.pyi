@@ -22,6 +22,7 @@ __all__: list[str] = [
     "ConjugateGradients",
     "Contact",
     "ContactEquilibrium",
+    "Course",
     "Cut",
     "DEEPEST_LAYER",
     "Elliptic",
@@ -711,6 +712,25 @@ class Elliptic:
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
 
+class Course:
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {
+        "time": tuple[typing.Any, ...](),
+        "pressure": tuple[typing.Any, ...](),
+    }
+    def __eq__(self, arg0: typing.Any) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __init__(
+        self,
+        *,
+        time: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
+        pressure: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    @property
+    def pressure(self) -> tuple[typing.Any, ...]: ...
+    @property
+    def time(self) -> tuple[typing.Any, ...]: ...
+
 class Airflow:
     _defaults: typing.ClassVar[dict[str, typing.Any]]
     def __eq__(self, arg0: typing.Any) -> bool: ...
@@ -721,6 +741,7 @@ class Airflow:
         surface: str = "airway",
         subglottal_pressure: typing.SupportsFloat | typing.SupportsIndex = 800.0,
         rise: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        course: Course | None = None,
         air_density: typing.SupportsFloat | typing.SupportsIndex = 1.23,
         model: ViscousSlit | Bernoulli = ...,
         area: Cut | Elliptic = ...,
@@ -737,6 +758,8 @@ class Airflow:
     def area(self) -> Cut | Elliptic: ...
     @property
     def coupling(self) -> Lagged | Extrapolated | Iterated: ...
+    @property
+    def course(self) -> Course | None: ...
     @property
     def load_shape(self) -> str: ...
     @property

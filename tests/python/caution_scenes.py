@@ -206,6 +206,16 @@ tissue.ligament.viscosity = 0.35
 tissue.cover.viscosity = 0.14
 time.duration = "30 ms\"""",
     ),
+    "moving_pressure": Given(
+        LARYNX,
+        """\
+tissue.body.viscosity = 0.35
+tissue.ligament.viscosity = 0.35
+tissue.cover.viscosity = 0.14
+airflow.course = { time = [0, "30 ms"], pressure = ["0.6 kPa", "0.5 kPa"] }
+time.duration = "30 ms\"""",
+        also=("unsteady_voice",),
+    ),
     "unlike_modal_voice": Given(
         LARYNX,
         """loads = [{ surface = "airway", traction = [0, 0, "300 Pa"], frequency = 500 }]

@@ -72,7 +72,7 @@ class AirColumn {
   void require(const Memory& memory) const;
   /// m^3/s, out of the tract's far end, with this memory; without a tract the flow out of the glottis.
   double lip_flow(const Memory& memory) const;
-  /// What drives the trachea's far end, in shares of what it is from the end of its rise on.
+  /// What drives the trachea's far end, in shares of the flow's subglottal pressure, or of the supplied flow.
   double supply_rise(const Memory& memory) const;
   /// J, of sound and walls in both tubes.
   double tube_energy(const Memory& memory) const;

@@ -52,6 +52,15 @@ void Airflow::Options::validate() const {
   positive("air_density", air_density, "kg/m^3");
   if (!(rise >= 0 && rise < infinity))
     throw InvalidInput("Airflow", "rise", rise, "s", ">= 0 and finite", "Is the unit right?");
+  if (course) {
+    course->validate();
+    if (rise > 0)
+      throw InvalidInput("Airflow", "rise", rise, "s", "0 with a course",
+                         "The course says how the pressure rises.");
+    if (course->greatest() != subglottal_pressure)
+      throw InvalidInput("Airflow", "subglottal_pressure", subglottal_pressure, "Pa",
+                         "the greatest of the course, " + number_text(course->greatest()) + " Pa");
+  }
   if (const auto* cut = std::get_if<CutSections>(&area))
     if (cut->sections < 2 || cut->sections > 1000)
       throw InvalidInput("Airflow", "sections", cut->sections, "", "in [2, 1000]");
@@ -98,6 +107,7 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
 }
 
 Air Airflow::air(double time) const {
+  if (options_.course) return {options_.course->at(time), options_.air_density};
   const double rise = options_.rise;
   if (time >= rise) return {options_.subglottal_pressure, options_.air_density};
   const double sine = std::sin(0.5 * pi * std::max(time, 0.0) / rise);

@@ -132,10 +132,12 @@ std::vector<Waveform> make_waveforms() {
 
       wave("flow", "m^3/s", "Volume flow through the glottis.", [](const FlowRecord& r) { return r.state.flow; }),
       only(Of::changing_pressure,
-           wave("subglottal_pressure", "Pa", "Below the glottis; of a scene in which it rises or has a trachea.",
+           wave("subglottal_pressure", "Pa",
+                "Below the glottis; of a scene in which it changes by itself or has a trachea.",
                 [](const FlowRecord& r) { return r.state.subglottal_pressure; })),
       only(Of::trachea,
-           wave("supply_rise", "1", "What drives the air behind the trachea, over what it is once it has risen.",
+           wave("supply_rise", "1",
+                "What drives the air behind the trachea, over what the scene gives, which it reaches.",
                 [](const StepTaken& s) {
                   return s.simulation().air_column()->supply_rise(s.simulation().state().air);
                 })),
@@ -261,7 +263,8 @@ bool Waveform::exists_in(const Scene& scene) const {
     case Of::airflow:
       return scene.airflow.has_value();
     case Of::changing_pressure:
-      return scene.airflow && (scene.airflow->flow.rise > 0 || scene.airflow->tubes.trachea);
+      return scene.airflow &&
+             (scene.airflow->flow.rise > 0 || scene.airflow->flow.course || scene.airflow->tubes.trachea);
     case Of::tubes:
       return scene.airflow && scene.airflow->tubes.any();
     case Of::trachea:

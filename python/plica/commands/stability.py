@@ -13,11 +13,13 @@ from plica.commands.output import print_error
 
 if TYPE_CHECKING:
     from plica.stability.modes import Eigenmodes
+    from plica.stability.offset import Offset
     from plica.stability.onset import Onset
 
 __all__ = ["add_commands"]
 
 _PAIRS = 10  # printed
+_ABOVE = 1.5  # onsets, where a voice begins whose offset is sought
 
 _MODES_HELP = """\
 Computes the modes of vibration of a scene's tissue without air and contact: frequency, damping ratio by the
@@ -46,6 +48,10 @@ is the difference to half the modes. With -o it writes
   growth.csv   growth and frequency of the least stable oscillations at each pressure, in SI
   growth.svg   the same as a picture
 
+--offset then asks, by time steps, at which pressure the voice dies: it settles under 1.5 times the onset's
+pressure, which then falls evenly, in a second and in four (--fall); both, and the offset without the delay of
+a fall, go to onset.json and growth.svg.
+
 That there is no onset in the range is a result, too: the exit code is 0. docs/onset.md has the method, and
 how it compares with time steps.
 
@@ -54,8 +60,9 @@ examples:
   plica onset voice.toml --from "50 Pa" --to "2 kPa" -o runs/onset
   plica onset voice.toml --at "0.8 kPa"       only the growth of oscillations at this pressure
   plica onset voice.toml --zeta 0.06          every mode damped alike, instead of by the tissue's viscosity
+  plica onset voice.toml --offset             also the pressure at which a voice dies
 
-In Python: plica.onset, plica.growth, plica.flow_equilibrium.
+In Python: plica.onset, plica.growth, plica.flow_equilibrium, plica.offset.
 """
 
 
@@ -69,12 +76,16 @@ def add_commands(commands: Any) -> None:
     part = add_command(commands, "onset", _onset, "onset pressure and frequency of phonation", _ONSET_HELP)
     part.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     part.add_argument("-o", "--output", dest="directory", metavar="DIR", type=Path, help="write files there")
-    part.add_argument("--from", dest="start", metavar="P", type=_pressure, help="default: --to / 100")
-    part.add_argument("--to", dest="stop", metavar="P", type=_pressure, help="default: 3 kPa")
-    part.add_argument("--at", metavar="P", type=_pressure, help="only the growth at this pressure")
+    part.add_argument("--from", dest="start", metavar="P", type=_plain, help="default: --to / 100")
+    part.add_argument("--to", dest="stop", metavar="P", type=_plain, help="default: 3 kPa")
+    part.add_argument("--at", metavar="P", type=_plain, help="only the growth at this pressure")
     part.add_argument("--modes", metavar="N", type=int, help="of the tissue (default: 50)")
     part.add_argument("--zeta", metavar="R", type=float, help="damping ratio of every mode")
     part.add_argument("--loss-factor", metavar="R", type=float, help="of a constant, complex stiffness")
+    part.add_argument("--offset", action="store_true", help="also where a voice dies, by time steps")
+    part.add_argument(
+        "--fall", metavar="T", type=_plain, help="how long the slower fall takes (default: 4 s)"
+    )
     _common(part)
 
 
@@ -84,8 +95,8 @@ def _common(part: argparse.ArgumentParser) -> None:
     part.add_argument("--quiet", action="store_true", help="print nothing but errors")
 
 
-def _pressure(text: str) -> float | str:
-    """A number in Pa, or a number with a unit."""
+def _plain(text: str) -> float | str:
+    """A number in SI, or a number with a unit."""
     try:
         return float(text)
     except ValueError:
@@ -157,25 +168,71 @@ def _onset(options: argparse.Namespace) -> int:
         if not options.quiet:
             print(_pairs_table(pairs))
         return 0
+    _require_offset(options)
     _prepared(options.directory, ONSET_FILES, options.overwrite)
     given |= {name: value for name in ("start", "stop") if (value := getattr(options, name)) is not None}
     with as_options(("onset",), names):
         found = onset(scene, **given)
+    lowered = _lowered(scene, found, options) if options.offset else None
     if options.directory is not None:
-        write_onset(found, options.directory)
+        write_onset(found, options.directory, lowered)
     if not options.quiet:
         print(_onset_text(found))
+        if options.offset:
+            print(_offset_text(lowered))
         if options.directory is not None:
             print(f"\nwritten: {', '.join(str(options.directory / name) for name in ONSET_FILES)}")
-    if found.remarks:
-        print_error("\n".join(f"Caution: {remark}" for remark in found.remarks), 0)
+    remarks = (*found.remarks, *(lowered.remarks if lowered else ()))
+    if remarks:
+        print_error("\n".join(f"Caution: {remark}" for remark in remarks), 0)
     return 0
+
+
+def _require_offset(options: argparse.Namespace) -> None:
+    from plica.errors import InvalidInput
+
+    if not options.offset:
+        if options.fall is not None:
+            raise InvalidInput(f"--fall = {options.fall} without --offset; must be left out: nothing falls.")
+        return
+    for name, value in (("--zeta", options.zeta), ("--loss-factor", options.loss_factor)):
+        if value is not None:
+            raise InvalidInput(
+                f"{name} = {value:g} with --offset; must be left out: time steps have the tissue's viscosity."
+            )
+
+
+def _lowered(scene: Any, found: Onset, options: argparse.Namespace) -> Offset | None:
+    """The offset; None without an onset."""
+    from plica.stability.offset import offset
+
+    if found.first is None:
+        return None
+    given = {} if options.fall is None else {"duration": options.fall}
+    with as_options(("offset",), {"duration": "--fall"}):
+        return offset(
+            scene, found.first.frequency, _ABOVE * found.first.pressure, shown=not options.quiet, **given
+        )
+
+
+def _offset_text(found: Offset | None) -> str:
+    if found is None:
+        return "offset       not sought: there is no onset to begin above"
+    if found.pressure is None:
+        return "offset       none found"
+    assert found.spread is not None
+    lost = ", ".join(f"{fall.pressure:.4g} Pa at {fall.rate:.3g} Pa/s" for fall in found.falls)
+    return (
+        f"offset       {found.pressure:.4g} Pa   (slower fall: {found.spread:.2g} Pa off)\n"
+        f"falls        from {found.start:.4g} Pa, {found.frequency:.4g} Hz; lost at {lost}"
+    )
 
 
 def _refuse_with_at(options: argparse.Namespace) -> None:
     from plica.errors import InvalidInput
 
-    for name, value in (("--from", options.start), ("--to", options.stop), ("-o", options.directory)):
+    given = (("--from", options.start), ("--to", options.stop), ("-o", options.directory))
+    for name, value in (*given, ("--offset", options.offset or None), ("--fall", options.fall)):
         if value is not None:
             raise InvalidInput(f"{name} = {value} with --at; must be left out: it is one pressure, printed.")
     if options.overwrite:

@@ -200,7 +200,7 @@ def _start(
     if scene.initial.equilibrium == "flow":
         assert scene.airflow is not None  # as the scene requires
         branch = equilibrium_branch(scene, mesh, basis=basis)
-        rest = branch.at(scene.airflow.subglottal_pressure).displacement
+        rest = branch.at(scene.airflow.pressure_at_start).displacement
     else:
         rest = _at_rest(scene, body)
     return rest if displacement is None else rest + displacement, velocity

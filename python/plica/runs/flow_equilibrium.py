@@ -26,6 +26,7 @@ _TOLERANCE = 1e-11  # of the subglottal pressure; by which no section may differ
 _STEPS = 20  # of Newton's method; the flow has kinks
 _PARTS = 8  # of the pressure; a step is longer than one that led on, half as long as one that did not
 _NEAR = 0.2  # of each area: within which an equilibrium is of the branch that foretold it
+_SAME = 1e-6  # of each area: within which two equilibria are one
 _LEAST_PART = 1e-4  # of the pressure: below, there is no equilibrium further on
 _SINGULAR = 0.1  # -, of an eigenvalue that is 0 at a fold, and 1 without flow
 _NO_DROP = 1e-9  # Pa, which drives no flow
@@ -155,9 +156,7 @@ class EquilibriumBranch:
             if self._end:
                 raise SolveFailed(self._no_further(pressure))
             aim = pressure if pressure - self.reached < 1.01 * step else self.reached + step
-            found = self._newton(aim, self._guess(aim))
-            if found is not None:
-                self._known.append(found)
+            if self._advance(aim):
                 step *= 1.5
             elif step < _LEAST_PART * pressure:
                 self._end = self._reason or self._how_it_ends()
@@ -166,6 +165,24 @@ class EquilibriumBranch:
         if self.reached == pressure:
             return self._known[-1]
         return self._between(pressure)
+
+    def _advance(self, aim: float) -> bool:
+        """Go on to this pressure, at once and by the middle: where that leads elsewhere, one of both has left
+        the branch for another equilibrium, of which there may be several between kinks of the flow."""
+        at_once = self._newton(aim, self._guess(aim))
+        if at_once is None:
+            return False
+        middle = 0.5 * (self.reached + aim)
+        half = self._newton(middle, self._guess(middle))
+        if half is None:
+            return False
+        self._known.append(half)
+        found = self._newton(aim, self._guess(aim))
+        if found is None or (np.abs(found.area - at_once.area) > _SAME * np.abs(found.area)).any():
+            self._known.pop()
+            return False
+        self._known.append(found)
+        return True
 
     @property
     def reached(self) -> float:

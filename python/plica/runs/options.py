@@ -15,6 +15,8 @@ def engine_options(part: Part, **given: Any) -> Any:
     options = getattr(_engine, type(part).__name__)
     fields = {name: getattr(part, name) for name in options._defaults if name not in given}
     chosen = {
-        name: engine_options(field.choice) for name, field in fields.items() if isinstance(field, OneOf)
+        name: engine_options(field.choice if isinstance(field, OneOf) else field)
+        for name, field in fields.items()
+        if isinstance(field, Part)
     }
     return options(**fields | chosen, **given)

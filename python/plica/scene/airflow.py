@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
+from plica.scene.composition import require_combinable
 from plica.scene.part import Count, OneOf, Part, engine_default, problem
 from plica.units import Density, Number, Pressure, Time, Velocity, Viscosity
 
@@ -13,6 +14,7 @@ __all__ = [
     "Airflow",
     "Bernoulli",
     "Coupling",
+    "Course",
     "Cut",
     "Elliptic",
     "Extrapolated",
@@ -117,6 +119,35 @@ class SectionArea(OneOf):
     elliptic: Elliptic | None = None
 
 
+class Course(Part):
+    """A pressure that changes over time: straight lines between points, that of the first before them, of the
+    last after them. A run of it has measures of where it stays, or a caution (`moving_pressure`)."""
+
+    time: Annotated[tuple[Annotated[Time, Field(ge=0)], ...], Field(min_length=2)]
+    """[s] Rising, two or more, e.g. ``["50 ms", "0.4 s"]``."""
+    pressure: tuple[Annotated[Pressure, Field(ge=0)], ...]
+    """[Pa] As many, e.g. ``["0.8 kPa", "0.2 kPa"]``; not all 0."""
+
+    @model_validator(mode="after")
+    def _is_a_course(self) -> Self:
+        count = len(self.time)
+        if len(self.pressure) != count:
+            relation = f"must have as many entries as time, {count}."
+            raise problem(relation, "pressure", value=list(self.pressure), unit=" Pa")
+        for k in range(1, count):
+            if not self.time[k] > self.time[k - 1]:
+                relation = f"must be > the one before, {self.time[k - 1]:g} s."
+                raise problem(relation, "time", k, value=self.time[k], unit=" s")
+        if not self.greatest > 0:
+            raise problem("must have one > 0 Pa.", "pressure", value=list(self.pressure), unit=" Pa")
+        return self
+
+    @property
+    def greatest(self) -> float:
+        """[Pa]"""
+        return max(self.pressure, default=0.0)
+
+
 class Airflow(Part):
     """One-dimensional flow through the glottis."""
 
@@ -126,10 +157,13 @@ class Airflow(Part):
         default_factory=engine_default("Airflow", "subglottal_pressure")
     )
     """[Pa] Below the glottis, or behind the trachea of a scene that has one, above the room's pressure; the
-    final value if it rises."""
+    final value if it rises, the greatest if it has a course."""
     rise: Annotated[Time, Field(ge=0)] = Field(default_factory=engine_default("Airflow", "rise"))
     """[s] Time over which the pressure rises from 0 to its value, as half a cosine: p (1 - cos(pi t / rise))
     / 2. 0: it is there at once, and strains the tissue more than the voice does."""
+    course: Course | None = None
+    """The subglottal pressure over time, e.g. ``{time = ["50 ms", "0.4 s"], pressure = ["0.8 kPa",
+    "0.2 kPa"]}``; `subglottal_pressure` is then left out. Default: it stays as it is."""
     air_density: Annotated[Density, Field(gt=0)] = Field(
         default_factory=engine_default("Airflow", "air_density")
     )
@@ -150,6 +184,34 @@ class Airflow(Part):
     17)."""
     coupling: Coupling = Field(default_factory=lambda: Coupling(iterated=Iterated()))
     """How the load follows the motion in time."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _greatest_of_its_course(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or data.get("course") is None or data.get("subglottal_pressure"):
+            return data
+        try:
+            greatest = Course.model_validate(data["course"]).greatest
+        except ValidationError:  # which the field says
+            return data
+        return {**data, "subglottal_pressure": greatest}
+
+    @model_validator(mode="after")
+    def _is_the_greatest_of_its_course(self) -> Self:
+        require_combinable(self)
+        if self.course is not None and self.subglottal_pressure != self.course.greatest:
+            raise problem(
+                f"must be the greatest of airflow.course, {self.course.greatest:g} Pa, or be left out.",
+                "subglottal_pressure",
+                value=self.subglottal_pressure,
+                unit=" Pa",
+            )
+        return self
+
+    @property
+    def pressure_at_start(self) -> float:
+        """[Pa] The subglottal pressure at t = 0; without a rise."""
+        return self.subglottal_pressure if self.course is None else self.course.pressure[0]
 
     @model_validator(mode="after")
     def _sweeps_exceed_freeze(self) -> Self:

@@ -33,7 +33,7 @@ class Combination:
         Path of the option in a part, and the value that is shown, where the part has both; else None.
     """
 
-    of: Literal["Scene", "Contact", "Stepping", "MeshFile"]
+    of: Literal["Scene", "Airflow", "Contact", "Stepping", "MeshFile"]
     option: str
     other: str
     must: str
@@ -142,6 +142,15 @@ def _unlike_multipliers(scene: Any) -> Fault:
 def _tube_without_airflow(scene: Any) -> Fault:
     given = [name for name in ("tract", "trachea") if getattr(scene, name) is not None]
     return ((given[0],), None) if given and scene.airflow is None else None
+
+
+def _course_of_a_flow(scene: Any) -> Fault:
+    if scene.airflow is None or scene.airflow.course is None:
+        return None
+    still = (scene.trachea is not None and scene.trachea.supply.flow is not None) or (
+        scene.tract is not None and scene.tract.end.closed is not None
+    )
+    return (("airflow", "course"), None) if still else None
 
 
 def _begins_with_a_flow(scene: Any) -> Fault:
@@ -261,6 +270,26 @@ COMBINATIONS = (
         "nothing is at rest under a load that varies.",
         "physics",
         _swung_in_the_flow,
+    ),
+    Combination(
+        "Scene",
+        "airflow.course",
+        'trachea.supply.flow, tract.end = "closed"',
+        "must be left out",
+        "a flow begins in still air. Let it rise (airflow.rise).",
+        "physics",
+        _course_of_a_flow,
+    ),
+    Combination(
+        "Airflow",
+        "airflow.rise > 0",
+        "airflow.course",
+        "must be 0 s",
+        "the course says how the pressure rises.",
+        "physics",
+        lambda airflow: (
+            (("rise",), airflow.rise) if airflow.course is not None and airflow.rise > 0 else None
+        ),
     ),
     Combination(
         "Scene",

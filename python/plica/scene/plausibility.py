@@ -327,6 +327,10 @@ def _layer_caution(scene: Scene, mesh: MeshArrays) -> Iterator[Caution]:
 def _rise_caution(scene: Scene) -> Iterator[Caution]:
     assert scene.airflow is not None
     rise, duration = scene.airflow.rise, scene.time.duration
+    course = scene.airflow.course
+    if course is not None and course.time[-1] > duration * (1 + 1e-9):
+        seen = f"airflow.course goes on to {course.time[-1]:g} s; time.duration = {duration:g} s ends before."
+        yield Caution("duration", seen, "Run longer, or let the pressure change faster.")
     if rise > duration:
         seen = (
             f"airflow.rise = {rise:g} s; time.duration = {duration:g} s ends before that, with less pressure."

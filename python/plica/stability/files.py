@@ -14,6 +14,7 @@ from plica import _engine
 from plica.runs.store import store_mesh
 from plica.runs.xdmf import xdmf_text
 from plica.stability.modes import Eigenmodes
+from plica.stability.offset import Offset
 from plica.stability.onset import Onset
 from plica.storage.files import write_text
 from plica.storage.hdf5 import put, write_image
@@ -86,13 +87,13 @@ def growth_columns(found: Onset) -> dict[str, NDArray[Any]]:
     return columns
 
 
-def write_onset(found: Onset, directory: Path) -> None:
-    """Write `ONSET_FILES`."""
+def write_onset(found: Onset, directory: Path, lowered: Offset | None = None) -> None:
+    """Write `ONSET_FILES`, with an offset if it was sought."""
     from plica.stability.figure import growth_picture
 
-    write_json(_content(found), directory / "onset.json")
+    write_json({**_content(found), "offset": _offset(lowered)}, directory / "onset.json")
     write_table(directory / "growth.csv", growth_columns(found))
-    write_text(growth_picture(found), directory / "growth.svg")
+    write_text(growth_picture(found, lowered), directory / "growth.svg")
 
 
 def _content(found: Onset) -> Mapping[str, Any]:
@@ -122,3 +123,27 @@ def _content(found: Onset) -> Mapping[str, Any]:
             "largest_displacement": float(np.linalg.norm(rest.displacement, axis=1).max()),
         }
     return content
+
+
+def _offset(found: Offset | None) -> Mapping[str, Any] | None:
+    if found is None:
+        return None
+    falls = [
+        {
+            "rate": fall.rate,
+            "pressure": fall.pressure,
+            "pressures": fall.pressures.tolist(),
+            "amplitudes": fall.amplitudes.tolist(),
+        }
+        for fall in found.falls
+    ]
+    units = {"pressure": "Pa", "spread": "Pa", "frequency": "Hz", "rate": "Pa/s", "amplitudes": "m^2"}
+    return {
+        "pressure": found.pressure,
+        "spread": found.spread,
+        "frequency": found.frequency,
+        "start": found.start,
+        "falls": falls,
+        "remarks": list(found.remarks),
+        "units": units,
+    }

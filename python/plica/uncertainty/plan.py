@@ -60,6 +60,12 @@ def plan_levels(
             "Uncertainty: trachea.supply is a flow; must be a pressure: levels begin in the voice, not in "
             "still air. Compare runs of other steps and meshes with plica compare."
         )
+    airflow = run.scene.airflow
+    if start is not None and airflow is not None and airflow.course is not None:
+        raise InvalidInput(
+            "Uncertainty: airflow.course is given; must be left out: levels begin in the voice, where the "
+            "pressure stays as it is. Compare runs of other steps and meshes with plica compare."
+        )
     mine = Own.of(run)
     candidates = _candidates(run, cycles, start, other, mine.basis)
     names = sorted(candidates)

@@ -84,6 +84,38 @@ TEST_CASE("the pressure rises from 0 as half a cosine, with a slope that is cont
   }
 }
 
+TEST_CASE("a course is straight lines between its points, and held beyond them") {
+  Scene scene = scenes::small_larynx();
+  Airflow::Options& flow = scene.airflow->flow;
+  flow.course = PressureCourse{{1e-3, 2e-3, 4e-3}, {800, 200, 500}};
+  const Airflow airflow(scene.mesh, scene.mesh.surface("airway"), flow);
+  const auto at = [&](double time) { return airflow.air(time).subglottal_pressure; };
+  for (const double t : {-1e-3, 0.0, 1e-3}) CHECK(at(t) == 800);
+  CHECK(at(1.25e-3) == approx(650));
+  CHECK(at(2e-3) == 200);
+  CHECK(at(3e-3) == approx(350));
+  for (const double t : {4e-3, 1.0}) CHECK(at(t) == 500);
+  CHECK(airflow.air(2e-3).density == flow.air_density);
+}
+
+TEST_CASE("a course that is none is refused by what is wrong with it") {
+  Airflow::Options flow;
+  const auto refused = [&](const PressureCourse& course, const char* text) {
+    flow.course = course;
+    CHECK_THROWS_WITH_AS(flow.validate(), doctest::Contains(text), InvalidInput);
+  };
+  refused({{0.0}, {800}}, "number of times = 1; must be >= 2");
+  refused({{0, 1}, {800}}, "number of pressures = 1; must be that of times, 2");
+  refused({{-1, 1}, {800, 0}}, "time[0] = -1 s; must be >= 0");
+  refused({{1, 1}, {800, 0}}, "time[1] = 1 s; must be > the one before, 1 s");
+  refused({{0, std::nan("")}, {800, 0}}, "time[1]");
+  refused({{0, 1}, {800, -1}}, "pressure[1] = -1 Pa; must be >= 0");
+  refused({{0, 1}, {0, 0}}, "greatest pressure = 0 Pa; must be > 0");
+  refused({{0, 1}, {500, 300}}, "subglottal_pressure = 800 Pa; must be the greatest of the course, 500 Pa");
+  flow.rise = rise;
+  refused({{0, 1}, {800, 300}}, "must be 0 with a course");
+}
+
 TEST_CASE("the flow is that of the pressure at the instant at which the load acts, however a step is taken") {
   const HilberHughesTaylor hht;
   for (const Coupling& coupling : {Coupling(Iterated{}), Coupling(Extrapolated{}), Coupling(Lagged{})})

@@ -16,6 +16,7 @@ PART = {"file": "part.msh", "mirror": "fold"}
 EXPLICIT = {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}}
 REDUCED = {"reduction": {"basis": "basis.h5"}}
 IN_FLOW = {"initial": {"equilibrium": "flow"}}
+COURSE = {"airflow.course": {"time": [0.0, 1e-3], "pressure": [800.0, 200.0]}}
 BOX = {"block": {"size": [1e-2, 1e-2, 1e-2], "divisions": [2, 2, 2]}}
 ON_BOX = {
     "mesh": BOX,
@@ -42,6 +43,11 @@ CHANGES: dict[tuple[str, str], dict[str, Any]] = {
         **IN_FLOW,
         "airflow.load_shape": "current",
     },
+    ("airflow.course", 'trachea.supply.flow, tract.end = "closed"'): {
+        **COURSE,
+        "trachea": {"uniform": {"length": 0.15, "area": 2e-4}, "supply": {"flow": {"flow": 2e-4}}},
+    },
+    ("airflow.rise > 0", "airflow.course"): {**COURSE, "airflow.rise": 1e-3},
     ("airflow.rise = 0", 'trachea.supply.flow, tract.end = "closed"'): {
         "trachea": {"uniform": {"length": 0.15, "area": 2e-4}, "supply": {"flow": {"flow": 2e-4}}},
     },

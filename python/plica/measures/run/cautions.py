@@ -19,7 +19,7 @@ from plica.measures.record import Array, Floats
 from plica.measures.run.folds import inferior_lag, rest_width, vertical_phase
 from plica.measures.run.glottal import open_area, several_summits
 from plica.measures.run.inversion import inverted_cells
-from plica.measures.run.measure import fold_length, risen
+from plica.measures.run.measure import driving, fold_length, risen
 from plica.measures.run.run_data import RunData, reached
 from plica.measures.scene_text import scene_table, scene_tables
 from plica.units import two_digits
@@ -33,6 +33,7 @@ largest_pressure_error = (
 largest_slide = 0.25  # mean edges; at 0.3 a node beside the rim has been missed
 largest_energy_gain = 0.05  # by contact or scheme, of the largest energy or work of the loads
 largest_strain_error = 0.1  # about how well tissue moduli are known (docs/theory/tissue.md, "Large strains")
+smallest_pressure_change = 1e-3  # of the pressure; frequencies then change by less than they scatter
 largest_flow = 3e-3  # m^3/s; shouting, 10 kPa through 20 mm^2 of glottis, is 2.6e-3
 largest_motion = 0.25  # of the folds' length; a tenth in phonation, and linear tissue needs small strain
 one_sided_errors = {"mortar": (4, 60), "volume_penalty": (0.5, 5), "penalty": (1, 8)}
@@ -94,6 +95,25 @@ def unsteady_voice(run: RunData) -> Caution | None:
         "unsteady_voice",
         f"{cycles.count} cycles were measured, {low:.3g} to {high:.3g} ms long; {cycles.note}.",
         "Run longer (time.duration), or use the numbers only for these cycles.",
+    )
+
+
+def moving_pressure(run: RunData) -> Caution | None:
+    """The subglottal pressure moves within the cycles that were measured (airflow.course)."""
+    time, waveforms = reached(run)
+    pressure = driving(waveforms)
+    cycles = run.cycles
+    if not pressure.size or "minimum_area" not in waveforms or not cycles.count:
+        return None
+    seen = pressure[cycles.extent(time)]
+    moved = float(np.ptp(seen) / seen.max())
+    if moved < smallest_pressure_change:
+        return None
+    return Caution(
+        "moving_pressure",
+        f"The subglottal pressure moves by {100 * moved:.2g} % within the {cycles.count} cycles that were "
+        "measured: their means are of no single pressure.",
+        "Measure a part in which it stays (Run.between), or let airflow.course stay at a pressure.",
     )
 
 
@@ -404,6 +424,7 @@ def _largest_energy(waveforms: Mapping[str, Array]) -> float:
 CHECKS: tuple[Callable[[RunData], Caution | None], ...] = (
     nothing_moved,
     unsteady_voice,
+    moving_pressure,
     unlike_modal_voice,
     flow_beyond_voice,
     motion_beyond_voice,

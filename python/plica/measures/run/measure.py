@@ -11,7 +11,7 @@ from plica.measures.contour import medial_surface
 from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
 from plica.measures.measure import Measure, Measures, absent, whole
-from plica.measures.record import Array
+from plica.measures.record import Array, Floats
 from plica.measures.run.contact import contact_measures
 from plica.measures.run.folds import airway_faces, motion_measures, rest_width
 from plica.measures.run.free import free_measures
@@ -22,7 +22,7 @@ from plica.measures.run.sound import radiation_measures
 from plica.measures.scene_text import scene_table, scene_tables
 from plica.units import read_quantity
 
-__all__ = ["fold_length", "measure", "risen", "steady_cycles"]
+__all__ = ["driving", "fold_length", "measure", "risen", "steady_cycles"]
 
 
 def steady_cycles(run: RunData) -> Cycles:
@@ -42,10 +42,14 @@ def steady_cycles(run: RunData) -> Cycles:
         return Cycles(np.empty(0), "no step was computed", "none")
     if "minimum_area" in waveforms:
         first = risen(waveforms)
-        if 0 < first == time.size - 1:
-            return Cycles(np.empty(0), "the subglottal pressure still rises at the end of the record", "none")
         area = np.asarray(waveforms["minimum_area"], dtype=float)
-        return find_cycles(time[first:], area[first:], name="glottal area")
+        has_course = "course" in (scene_table(run.scene_text, "airflow") or {})
+        if 0 < first == time.size - 1 and not has_course:
+            return Cycles(np.empty(0), "the subglottal pressure still rises at the end of the record", "none")
+        found = find_cycles(time[first:], area[first:], name="glottal area")
+        if found.count or not (first and has_course):
+            return found
+        return find_cycles(time, area, name="glottal area")  # a caution says that the pressure moves
     probes = waveforms.get("probes")
     if probes is not None and probes.size:
         return free_measures(time, waveforms)[1]
@@ -54,9 +58,13 @@ def steady_cycles(run: RunData) -> Cycles:
 
 def risen(waveforms: Mapping[str, Array]) -> int:
     """The first step from which what drives the air stays as it is; what is before is no voice's."""
-    driving = waveforms.get("supply_rise", waveforms.get("subglottal_pressure", ()))
-    changes = np.flatnonzero(np.diff(driving))
+    changes = np.flatnonzero(np.diff(driving(waveforms)))
     return int(changes[-1]) + 1 if changes.size else 0
+
+
+def driving(waveforms: Mapping[str, Array]) -> Array:
+    """What drives the air at each step, in any unit; empty where it does not change."""
+    return np.asarray(waveforms.get("supply_rise", waveforms.get("subglottal_pressure", ())), dtype=float)
 
 
 def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
@@ -96,7 +104,7 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         height = np.asarray(run.section_height, dtype=float)
         motion = motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
         found += [_unless_mirrored(item, run.scene_text) for item in motion]
-        found += (given := _subglottal_pressure(run.scene_text, waveforms))
+        found += (given := _subglottal_pressure(run.scene_text, waveforms, time, cycles))
         supply = given[0].value if given else None
         found += radiation_measures(time, waveforms, run.scene_text, cycles, supply)
     elif "probes" in waveforms and waveforms["probes"].size:
@@ -153,11 +161,17 @@ def fold_length(run: RunData) -> float | None:
     return float(np.ptp(np.asarray(run.mesh.points)[np.unique(surface), 1]))
 
 
-def _subglottal_pressure(scene_text: str, waveforms: Mapping[str, Array]) -> list[Measure]:
+def _subglottal_pressure(
+    scene_text: str, waveforms: Mapping[str, Array], time: Floats, cycles: Cycles
+) -> list[Measure]:
+    airflow = scene_table(scene_text, "airflow") or {}
     try:
-        value = read_quantity((scene_table(scene_text, "airflow") or {})["subglottal_pressure"], "Pa")
+        value = read_quantity(airflow["subglottal_pressure"], "Pa")
     except (KeyError, ValueError):
         return []  # unknown for a run that was not made from a scene file
+    if "course" in airflow:
+        share = driving(waveforms) / (1.0 if "supply_rise" in waveforms else value)
+        return [whole("subglottal_pressure", value * float(share[cycles.extent(time)].mean()))]
     supply = (scene_table(scene_text, "trachea") or {}).get("supply")
     if isinstance(supply, dict) and "flow" in supply:
         return []  # follows from the flow
