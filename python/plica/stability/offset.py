@@ -11,8 +11,8 @@ from plica import _engine
 from plica.errors import InvalidInput
 from plica.runs.build import build_simulation
 from plica.runs.progress import Progress
+from plica.runs.scene_mesh import scene_mesh
 from plica.scene.conditions import Initial
-from plica.scene.mesh.build import build_mesh
 from plica.scene.scene import Scene
 from plica.units import quantity
 
@@ -108,7 +108,7 @@ def offset(
             f"{scene.time.step:g} s a period or more."
         )
     _require(scene)
-    mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+    mesh = scene_mesh(scene) if mesh is None else mesh
     return _Lowered(scene, mesh, frequency, pressure, longest, shown).result()
 
 
