@@ -92,6 +92,7 @@ NOT_RUN = {
     r"plica verify($| --subject| --json| -o).*": "half a minute each; verify/test_verify.py runs the cases",
     r"plica identify .*|plica video larynx.avi --preset robust .*": "minutes of identification; "
     "identify/test_command.py runs it",
+    r"plica onset voice.toml --offset": "minutes of time steps; stability/test_offset.py has a reduced voice",
     r"plica larynx .*": "needs a frame of folds at rest; commands/test_larynx.py has one",
     r"plica uncertainty runs/(one|one --budget 8|own .*)|plica run .* --uncertainty": "the same again with "
     "other levels; uncertainty/test_meshes.py computes them",
