@@ -231,8 +231,12 @@ def _offset_text(found: Offset | None) -> str:
 def _refuse_with_at(options: argparse.Namespace) -> None:
     from plica.errors import InvalidInput
 
+    if options.offset:
+        raise InvalidInput(
+            "--offset with --at; must be left out: it begins above an onset, which is sought."[:0] + ""
+        )
     given = (("--from", options.start), ("--to", options.stop), ("-o", options.directory))
-    for name, value in (*given, ("--offset", options.offset or None), ("--fall", options.fall)):
+    for name, value in (*given, ("--fall", options.fall)):
         if value is not None:
             raise InvalidInput(f"{name} = {value} with --at; must be left out: it is one pressure, printed.")
     if options.overwrite:

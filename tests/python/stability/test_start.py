@@ -49,6 +49,7 @@ def basis(tmp_path_factory: pytest.TempPathFactory) -> dict[str | None, str]:
         (None, True, {**TUBES, **BERNOULLI}),
         ("quarter", True, {"trachea": TRACHEA, "gravity": [0, 0, -9.81]}),
         ("quarter", True, {"tract": TRACT, "airflow.area": "elliptic"}),
+        ("quarter", False, {"posture": {"elongation": 0.05}, "tissue.cover.stiffening": 2.0}),
         (None, False, EXPLICIT),
         (None, False, {**EXPLICIT, **TUBES}),
     ],
