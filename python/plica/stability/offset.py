@@ -24,7 +24,7 @@ _WINDOW = 4.0  # periods, of which an amplitude is
 _LOST = 0.1  # of the amplitude before the fall, below which the oscillation is lost
 _LEAST = 1e-3  # of the mean area: below, there is no voice to lose
 _SETTLING = 60.0  # periods before the fall
-_FAR = 0.15  # of the offset: a spread that makes it doubtful
+_FAR = 0.2  # of the offset: a spread that makes it doubtful
 _LOWEST = 0.1  # of the pressure before the fall, where the fall ends
 _KICK = 0.1  # m/s, of a scene without initial values
 
