@@ -233,7 +233,7 @@ def _refuse_with_at(options: argparse.Namespace) -> None:
 
     if options.offset:
         raise InvalidInput(
-            "--offset with --at; must be left out: it begins above an onset, which is sought."[:0] + ""
+            "--offset with --at; must be left out: it begins above an onset, and none is sought."
         )
     given = (("--from", options.start), ("--to", options.stop), ("-o", options.directory))
     for name, value in (*given, ("--fall", options.fall)):
