@@ -6,14 +6,15 @@
 
 #include "plica/core/error.hpp"
 #include "plica/dynamics/rigid_motion.hpp"
-#include "plica/solve/factorization.hpp"
+#include "plica/solve/linear_solver.hpp"
 
 namespace plica {
 
 namespace {
 
-constexpr double least_part = 1.0 / 512, first_part = 0.25;
+constexpr double least_part = 1.0 / 512;
 constexpr int most_iterations = 12;
+constexpr double solve_tolerance = 1e-9;
 constexpr double least_step = 1e-11;  // of the mesh's size: the error after it is the square of that
 
 /// The way from rest to a posture, and where on it the tissue is.
@@ -34,7 +35,7 @@ class Way {
   }
 
   Posture walk() {
-    double done = 0.0, part = first_part;
+    double done = 0.0, part = 1.0;
     std::string why;
     while (done < 1) {
       const double aim = std::min(done + part, 1.0);
@@ -57,7 +58,10 @@ class Way {
   Vector solved(BlockMatrix slope, Vector force) const {
     supports_.project(force);
     supports_.constrain(slope);
-    return Factorization(slope.to_sparse()).solve(force);
+    Guess step;
+    const auto solver = LinearSolver::make(slope, {solve_tolerance, LinearSolver::Cholesky{}});
+    if (!solver->solve(force, step).converged) throw SolveFailed("Posture: its linear system is not solved.");
+    return step.x;
   }
 
   /// One part of the way, from an equilibrium to the next; else why there is none so near.
