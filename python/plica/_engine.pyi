@@ -49,6 +49,7 @@ __all__: list[str] = [
     "Simulation",
     "SolveFailed",
     "StaticSolver",
+    "StretchedMesh",
     "TetMesh",
     "TransverselyIsotropic",
     "Tube",
@@ -95,6 +96,7 @@ __all__: list[str] = [
     "stiffness_coefficients",
     "stiffness_derivative",
     "stiffness_parameters",
+    "stretched",
     "symmetric_product",
     "threads",
     "to_quadratic",
@@ -123,6 +125,7 @@ class TetMesh:
         layer_names: collections.abc.Sequence[str] = [],
         surfaces: collections.abc.Mapping[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]] = {},
         node_sets: collections.abc.Mapping[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]] = {},
+        rest: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
     ) -> None: ...
     @property
     def cell_layer(self) -> numpy.typing.NDArray[numpy.int32]: ...
@@ -138,6 +141,8 @@ class TetMesh:
     def order(self) -> int: ...
     @property
     def points(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def rest(self) -> numpy.typing.NDArray[numpy.float64] | None: ...
     @property
     def surfaces(self) -> dict[str, numpy.typing.NDArray[numpy.int32]]: ...
 
@@ -197,7 +202,12 @@ class TransverselyIsotropic:
     def nu_fibre(self) -> float: ...
 
 class Material:
-    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"density": 1020.0, "viscosity": 0.0}
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {
+        "density": 1020.0,
+        "viscosity": 0.0,
+        "stiffening": 0.0,
+        "active_stress": 0.0,
+    }
     def __eq__(self, arg0: typing.Any) -> bool: ...
     def __hash__(self) -> int: ...
     def __init__(
@@ -205,13 +215,19 @@ class Material:
         elasticity: Isotropic | TransverselyIsotropic,
         density: typing.SupportsFloat | typing.SupportsIndex = 1020.0,
         viscosity: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        stiffening: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        active_stress: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> None: ...
     def __repr__(self) -> str: ...
     def validate(self, where: str) -> None: ...
     @property
+    def active_stress(self) -> float: ...
+    @property
     def density(self) -> float: ...
     @property
     def elasticity(self) -> Isotropic | TransverselyIsotropic: ...
+    @property
+    def stiffening(self) -> float: ...
     @property
     def viscosity(self) -> float: ...
 
@@ -238,6 +254,7 @@ class Assembly:
         numpy.typing.NDArray[numpy.int32],
         numpy.typing.NDArray[numpy.int32],
     ]: ...
+    def stress(self) -> numpy.typing.NDArray[numpy.float64]: ...
     def viscosity(
         self,
     ) -> tuple[
@@ -904,6 +921,14 @@ class Reduction:
     @property
     def watch_every(self) -> int: ...
 
+class StretchedMesh:
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def mesh(self) -> TetMesh: ...
+    @property
+    def parts(self) -> int: ...
+
 class ContactEquilibrium:
     @property
     def contact_force(self) -> numpy.typing.NDArray[numpy.float64]: ...
@@ -1178,6 +1203,14 @@ def solve_upper(
 def stiffness_coefficients(material: Material) -> numpy.typing.NDArray[numpy.float64]: ...
 def stiffness_derivative(material: Material, parameter: str) -> numpy.typing.NDArray[numpy.float64]: ...
 def stiffness_parameters(material: Material) -> list[str]: ...
+def stretched(
+    mesh: TetMesh,
+    materials: collections.abc.Sequence[Material],
+    material_names: collections.abc.Sequence[str],
+    cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
+    held: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> StretchedMesh: ...
 def symmetric_product(
     a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     b: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],

@@ -67,6 +67,7 @@ class Way {
   /// One part of the way, from an equilibrium to the next; else why there is none so near.
   bool go_on(double done, double aim, std::string& why) {
     set_active(aim);
+    why = "Newton's method does not lead on";
     Vector u = as_vector(found_.displacement);
     try {
       const Vector moved = (aim - done) * held_;
@@ -77,12 +78,14 @@ class Way {
         ++found_.iterations;
         const Vector step = solved(std::move(now.slope), -now.force);
         u += step;
-        if (step.cwiseAbs().maxCoeff() <= least_step * size_) {
-          found_.displacement = as_points(u);
-          return true;
+        if (step.cwiseAbs().maxCoeff() > least_step * size_) continue;
+        if (const auto cell = first_folded_cell(mesh_.points + as_points(u), mesh_.cells)) {
+          why = "cell " + std::to_string(*cell) + " at " + centre_text(*cell) + " folds over";
+          break;
         }
+        found_.displacement = as_points(u);
+        return true;
       }
-      why = "Newton's method does not lead on";
     } catch (const CellInverted& failure) {
       why = failure.what();
     } catch (const SolveFailed&) {
@@ -90,6 +93,10 @@ class Way {
     }
     set_active(done);
     return false;
+  }
+
+  std::string centre_text(std::ptrdiff_t cell) const {
+    return place_text(mesh_.points(mesh_.cells.row(cell), Eigen::all).colwise().mean());
   }
 
   void set_active(double share) {

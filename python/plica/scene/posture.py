@@ -43,10 +43,6 @@ class Posture(Part):
     """[-] What is held moves along x and z, too, so that it is (1 + elongation)^-contraction times as wide and
     high: 0.5 keeps its volume, 0 leaves it where it is, so that tissue which becomes thinner draws the folds
     apart, most at the ends of the glottis."""
-    contraction: Annotated[Number, Field(ge=0, le=1)] = 0.5
-    """[-] What is held moves along x and z, too, so that it is (1 + elongation)^-contraction times as wide and
-    high: 0.5 keeps its volume, 0 leaves it where it is, so that tissue which becomes thinner draws the folds
-    apart, most at the ends of the glottis."""
     muscles: Muscles | None = None
     """Activations that set the elongation instead."""
     active_stress: dict[str, Pressure] = Field(default_factory=dict)
