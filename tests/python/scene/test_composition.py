@@ -26,6 +26,11 @@ ON_BOX = {
 
 # Of each row, by option and other: changes of a larynx with airflow and contact by multipliers.
 CHANGES: dict[tuple[str, str], dict[str, Any]] = {
+    ("contact.nitsche", "posture"): {"posture": {"elongation": 0.1}, "contact": {"nitsche": {}}},
+    ('contact.surface_mass = "redistributed"', "posture"): {
+        "posture": {"elongation": 0.1},
+        "contact.surface_mass": "redistributed",
+    },
     ("tract, trachea", "no airflow"): {"tract": {"vowel": {"name": "a"}}, "airflow": None},
     ("airflow.rise = 0", 'trachea.supply.flow, tract.end = "closed"'): {
         "trachea": {"uniform": {"length": 0.15, "area": 2e-4}, "supply": {"flow": {"flow": 2e-4}}},
