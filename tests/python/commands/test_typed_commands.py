@@ -114,6 +114,7 @@ NOT_RUN = {
     r"plica flow .* --truth .*": "needs a known flow; video/motion/test_flow.py has one",
     r"plica run vowel.toml -o runs/.*|plica compare runs/bare runs/vowel -o change": "minutes of voice; "
     "commands/test_cli.py leaves a part out, commands/test_compare.py compares runs",
+    r"plica exchange .*": "needs a run, and areas; exchange/test_driven_flow.py goes out and in",
     r"plica compare before after -o change --pdf": "as without --pdf; commands/test_compare.py has it",
 }
 """What is not typed by these tests: a pattern of whole commands, and the reason."""
