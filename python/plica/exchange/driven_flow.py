@@ -21,8 +21,8 @@ from plica.errors import InvalidInput
 from plica.exchange.files import Areas
 from plica.measures.record import Floats
 from plica.runs.build import build_simulation
+from plica.runs.scene_mesh import scene_mesh
 from plica.runs.tubes import tract_response
-from plica.scene.mesh.build import build_mesh
 from plica.scene.scene import Scene
 
 __all__ = ["DrivenFlow", "driven_flow"]
@@ -81,7 +81,7 @@ def driven_flow(scene: Scene, areas: Areas) -> DrivenFlow:
     if scene.airflow is None:
         raise InvalidInput(f"{scene.source}: has no airflow; must have one. Add [airflow].")
     whole = scene.replace({"reduction": None, "symmetry": None})
-    mesh = build_mesh(whole.mesh, whole.source)
+    mesh = scene_mesh(whole)
     law = _engine.GlottalFlow(build_simulation(whole, mesh))
     sections, displaced = _sections(areas, law, np.asarray(mesh.points))
     if areas.displaced is not None:

@@ -57,7 +57,7 @@ def test_between_tubes_a_runs_areas_give_its_flow_but_for_the_beginning(
         own, late = np.asarray(run[name]), slice(3 * run.steps // 4, None)
         assert np.ptp(own) > 0
         error = np.abs(found[name] - own) / np.ptp(own)
-        assert error[late].max() < 0.005
+        assert error[late].max() < 0.01
         assert error[late].max() < 0.3 * error[: run.steps // 10].max()
     bare = driven_flow(phonating, read_areas(tmp_path / "a.h5")).waveforms["flow"]
     assert np.abs(bare - run["flow"]).max() > 0.05 * np.ptp(run["flow"])  # tubes matter
