@@ -18,7 +18,7 @@ import numpy as np
 from plica import _engine
 from plica._engine import build_info
 from plica.errors import InvalidInput
-from plica.exchange.files import Areas
+from plica.exchange.files import SERIES, Areas
 from plica.measures.record import Floats
 from plica.runs.build import build_simulation
 from plica.runs.scene_mesh import scene_mesh
@@ -164,15 +164,7 @@ class _Driven:
         """Waveforms (k) of sections (k, s) m^2 that displace (k, 2) m^3/s."""
         rows = [self._start(areas[0])]
         rows += [self._step(area, air) for area, air in zip(areas[1:], displaced[1:], strict=True)]
-        names = (
-            "flow",
-            "subglottal_pressure",
-            "supraglottal_pressure",
-            "flow_below",
-            "flow_above",
-            "lip_flow",
-        )
-        found = dict(zip(names, np.array(rows).T, strict=True))
+        found = dict(zip(SERIES, np.array(rows).T, strict=True))
         if self._above is None:
             del found["lip_flow"]
         return found

@@ -20,7 +20,7 @@ from plica.storage.files import replaced
 from plica.storage.stored import Stored
 from plica.storage.table import heading, write_table
 
-__all__ = ["Areas", "read_areas", "suffixes", "write_run", "write_series"]
+__all__ = ["SERIES", "Areas", "read_areas", "suffixes", "write_run", "write_series"]
 
 suffixes = (".csv", ".h5")
 SERIES = (
@@ -31,6 +31,7 @@ SERIES = (
     "flow_above",
     "lip_flow",
 )
+"""Flows and pressures of a glottis, in the order of the file."""
 _DISPLACED = ("displaced_below", "displaced_above")
 _PLACES = ("section_area", "section_pressure", "coronal_right", "coronal_left")
 _EVEN = 1e-3  # of a step
