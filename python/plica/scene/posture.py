@@ -41,8 +41,8 @@ class Posture(Part):
     by this times its distance from the middle of the mesh."""
     contraction: Annotated[Number, Field(ge=0, le=1)] = 0.5
     """[-] What is held moves along x and z, too: it becomes (1 + elongation)^-contraction times as wide and
-    high. 0.5 keeps its volume; 0 leaves it where it is, and tissue that becomes thinner draws the folds apart,
-    most at the ends of the glottis."""
+    high. 0.5 keeps its volume; 0 leaves it where it is, and tissue that becomes thinner draws the folds
+    apart, most at the ends of the glottis."""
     muscles: Muscles | None = None
     """Activations that set the elongation instead."""
     active_stress: dict[str, Pressure] = Field(default_factory=dict)
