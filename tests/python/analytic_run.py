@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from plica.measures.caution import Caution
 from plica.measures.cycles import Cycles
+from plica.measures.formants import TractResponse
 from plica.measures.measure import Measures
 from plica.measures.run.cautions import cautions
 from plica.measures.run.measure import measure, steady_cycles
@@ -44,6 +45,7 @@ class AnalyticRun:
     scene_cautions: tuple[Caution, ...] = ()
     steps_asked: int = 0
     failure: str = ""
+    vocal_tract: TractResponse | None = None
     versions: Mapping[str, str] = field(default_factory=lambda: {"plica": "0.0", "numpy": np.__version__})
 
     @property

@@ -6,14 +6,15 @@
 
 #include "plica/core/error.hpp"
 #include "plica/dynamics/rigid_motion.hpp"
-#include "plica/solve/factorization.hpp"
+#include "plica/solve/linear_solver.hpp"
 
 namespace plica {
 
 namespace {
 
-constexpr double least_part = 1.0 / 512, first_part = 0.25;
+constexpr double least_part = 1.0 / 512;
 constexpr int most_iterations = 12;
+constexpr double solve_tolerance = 1e-9;
 constexpr double least_step = 1e-11;  // of the mesh's size: the error after it is the square of that
 
 /// The way from rest to a posture, and where on it the tissue is.
@@ -34,7 +35,7 @@ class Way {
   }
 
   Posture walk() {
-    double done = 0.0, part = first_part;
+    double done = 0.0, part = 1.0;
     std::string why;
     while (done < 1) {
       const double aim = std::min(done + part, 1.0);
@@ -57,12 +58,16 @@ class Way {
   Vector solved(BlockMatrix slope, Vector force) const {
     supports_.project(force);
     supports_.constrain(slope);
-    return Factorization(slope.to_sparse()).solve(force);
+    Guess step;
+    const auto solver = LinearSolver::make(slope, {solve_tolerance, LinearSolver::Cholesky{}});
+    if (!solver->solve(force, step).converged) throw SolveFailed("Posture: its linear system is not solved.");
+    return step.x;
   }
 
   /// One part of the way, from an equilibrium to the next; else why there is none so near.
   bool go_on(double done, double aim, std::string& why) {
     set_active(aim);
+    why = "Newton's method does not lead on";
     Vector u = as_vector(found_.displacement);
     try {
       const Vector moved = (aim - done) * held_;
@@ -73,12 +78,14 @@ class Way {
         ++found_.iterations;
         const Vector step = solved(std::move(now.slope), -now.force);
         u += step;
-        if (step.cwiseAbs().maxCoeff() <= least_step * size_) {
-          found_.displacement = as_points(u);
-          return true;
+        if (step.cwiseAbs().maxCoeff() > least_step * size_) continue;
+        if (const auto cell = first_folded_cell(mesh_.points + as_points(u), mesh_.cells)) {
+          why = "cell " + std::to_string(*cell) + " at " + centre_text(*cell) + " folds over";
+          break;
         }
+        found_.displacement = as_points(u);
+        return true;
       }
-      why = "Newton's method does not lead on";
     } catch (const CellInverted& failure) {
       why = failure.what();
     } catch (const SolveFailed&) {
@@ -86,6 +93,10 @@ class Way {
     }
     set_active(done);
     return false;
+  }
+
+  std::string centre_text(std::ptrdiff_t cell) const {
+    return place_text(mesh_.points(mesh_.cells.row(cell), Eigen::all).colwise().mean());
   }
 
   void set_active(double share) {

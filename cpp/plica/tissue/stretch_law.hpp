@@ -3,31 +3,33 @@
 
 namespace plica {
 
-/// Stress of stretched tissue (docs/theory/posture.md). With Green and Lagrange's strain E = (F^T F - I) / 2, the
-/// fibre a (unit), q = <a . E a> its part in tension, I4 = 1 + 2 a . E a and S the matrix of small strains, the
-/// second Piola-Kirchhoff stress is
-///   T = S : E + E' q (exp(4 k q^2) - 1) a a + s / sqrt(I4) a a,
-/// k Material::stiffening and s Material::active_stress: at F = I and without s the stress and its slope are those
-/// of linear tissue. T is a gradient, so that its slope is symmetric.
+/// Stress of stretched tissue (docs/theory/posture.md): that of a neo-Hookean solid that compresses, with fibres.
+/// With C = F^T F, E = (C - I) / 2, J = det F, the fibre a (unit) and q = a . E a, the energy is
+///   W = mu (tr E - ln J) + lambda (ln J)^2 / 2 + 2 beta q ln J + 2 (mu' - mu) (|E a|^2 - q^2) + e q^2 / 2
+///     + E' ((exp(4 k q^2) - 1) / (8 k) - q^2 / 2) where q > 0 + s (sqrt(1 + 2 q) - 1),
+/// lambda, beta and e such that small strains have the stiffness of the material; k Material::stiffening, s
+/// Material::active_stress.
 class StretchLaw {
  public:
+  /// Throws InvalidInput for tissue that is not isotropic across its fibre.
   explicit StretchLaw(const Material& material);
 
   struct Response {
-    Matrix3 stress;  // T, Pa
-    Matrix6 slope;   // dT/dE on engineering strain, Pa, Voigt order xx yy zz xy yz zx
+    Matrix3 stress;  // dW/dE, second Piola-Kirchhoff, Pa
+    Matrix6 slope;   // of it on engineering strain, Pa, Voigt order xx yy zz xy yz zx
   };
+  /// det F > 0.
   Response at(const Matrix3& F) const;
-  /// J/m^3 at rest, whose gradient T is.
+  /// W, J/m^3 at rest.
   double energy(const Matrix3& F) const;
 
  private:
-  Matrix6 elasticity_;
-  Vector6 dyad_;        // a a on stresses
-  Vector3 fibre_;       // unit
-  double along_ = 0.0;  // E', Pa
-  double stiffening_;
-  double active_;  // Pa
+  double mu_, lambda_, beta_, shear_, along_;  // Pa: shear_ = mu' - mu, along_ = e
+  double fibre_modulus_ = 0.0;                 // Pa, E'
+  double stiffening_, active_;                 // -, Pa
+  Vector3 fibre_;                              // unit
+  Vector6 dyad_;                               // a a
+  Matrix6 constant_;                           // of the slope: what does not depend on F, Pa
 };
 
 }  // namespace plica

@@ -19,8 +19,8 @@ __all__ = [
     "add_threads",
     "as_options",
     "joined",
-    "length",
     "numbers",
+    "quantity",
     "tolerance",
     "whole",
 ]
@@ -180,8 +180,8 @@ def tolerance(text: str) -> float:
     return value
 
 
-def length(text: str) -> float | str:
-    """A length from the command line: a number in m, or a number with a unit."""
+def quantity(text: str) -> float | str:
+    """A quantity from the command line: a number in its SI unit, or a number with a unit."""
     try:
         return float(text)
     except ValueError:

@@ -41,7 +41,9 @@ With -o, in DIR:
 
 Two runs of plica run can be compared too: simulations are deterministic, so differences have no interval. One
 within the numerical uncertainty, or below the standard deviation between cycles, has a note that says so.
-Of two that differ in subglottal pressure it is said if the flow falls as the pressure rises.
+Their page begins with the flows of both over a cycle, the spectra of both sounds, and both sounds to listen
+to, at one full scale. Of two that differ in subglottal pressure it is said if the flow falls as the pressure
+rises.
 
 examples:
   plica compare before after                     the table

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plica.commands.arguments import add_command
+from plica.commands.arguments import add_command, quantity
 from plica.commands.output import print_cautions
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ use: poles of its transfer function, with its walls, friction and radiation. Not
 
 examples:
   plica formants vowel.toml
-  plica formants vowel.toml --to 4000 -o formants.csv
+  plica formants vowel.toml --to 4kHz -o formants.csv
 
 A scene has a tract with the table [tract]: of one area, of sections, a vowel, or a CSV file of distance and
 area. See plica keys tract.
@@ -34,7 +34,12 @@ def add_commands(commands: Any) -> None:
     part = add_command(commands, "formants", _formants, "formants of a scene's vocal tract", _HELP)
     part.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     part.add_argument(
-        "--to", dest="highest", metavar="HZ", type=float, default=5000.0, help="highest frequency (5000 Hz)"
+        "--to",
+        dest="highest",
+        metavar="FREQUENCY",
+        type=quantity,
+        default=5000.0,
+        help='highest one, e.g. "4kHz" (5000 Hz)',
     )
     part.add_argument("-o", "--output", metavar="FILE", type=Path, help="also write them, e.g. formants.csv")
 
@@ -44,16 +49,16 @@ def _formants(options: argparse.Namespace) -> int:
     from plica.errors import InvalidInput
     from plica.runs.tubes import tract_formants
     from plica.scene.plausibility import tube_cautions
-    from plica.units import number
+    from plica.units import quantity as value
 
-    number("Formants", "--to", options.highest, 100.0, 6e3, "Hz")
+    highest = value("Formants", "--to", options.highest, "Hz", 100.0, 6e3)
     scene = plica.Scene.load(options.scene)
     if scene.tract is None or scene.airflow is None:
         raise InvalidInput(
             f"{scene.source}: has no vocal tract. Add [tract], such as [tract.vowel] with name."
         )
     length, area = scene.tract.profile
-    found = tract_formants(scene.tract, scene.airflow, options.highest)
+    found = tract_formants(scene.tract, scene.airflow, highest)
     print(
         f"vocal tract of {1e2 * sum(length):.4g} cm, {1e4 * min(area):.3g} to {1e4 * max(area):.3g} cm^2, "
         f"closed glottis, sound at {scene.airflow.sound_speed:g} m/s\n"
@@ -62,7 +67,7 @@ def _formants(options: argparse.Namespace) -> int:
     for k, formant in enumerate(found, 1):
         print(f"F{k:<2} {formant.frequency:7.0f} Hz {formant.bandwidth:7.0f} Hz")
     if not found:
-        print(f"none up to {options.highest:g} Hz")
+        print(f"none up to {highest:g} Hz")
     print_cautions(tube_cautions(scene))
     if options.output is not None:
         _write(options.output, found)

@@ -11,6 +11,7 @@ from plica import __version__
 from plica.commands import (
     compare,
     examples,
+    exchange,
     film,
     formants,
     identify,
@@ -43,6 +44,7 @@ _COMMANDS = (
     video,
     film,
     sound,
+    exchange,
     larynx,
     identify,
     reduce,

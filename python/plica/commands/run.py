@@ -39,6 +39,8 @@ examples:
   plica run scene.toml -o runs/one --uncertainty
                                                 also estimate the numerical uncertainty (plica uncertainty
                                                 --help); takes five times as long
+  plica run vowel.toml -o runs/bare --without tract --without trachea
+                                                the same voice without tubes; plica compare shows both
 
 A run that finished before the vibration was steady is continued in the same way: give SCENE a longer
 duration (and change nothing else), then --resume. The results are those of a run with that duration from the
@@ -52,6 +54,13 @@ def add_commands(commands: Any) -> None:
     part.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     part.add_argument(
         "-o", "--output", dest="directory", metavar="DIR", type=Path, required=True, help="results"
+    )
+    part.add_argument(
+        "--without",
+        metavar="KEY",
+        action="append",
+        default=[],
+        help="leave this part of the scene out, e.g. tract; can be given again",
     )
     part.add_argument("--resume", action="store_true", help="continue the run in DIR, or extend its duration")
     part.add_argument(
@@ -67,6 +76,8 @@ def _run(options: argparse.Namespace) -> int:
     from plica.runs.run import run_telling
 
     scene = plica.Scene.load(options.scene)
+    if options.without:
+        scene = scene.replace(dict.fromkeys(options.without))
     plica.set_threads(options.threads)
     told: list[Caution] = []
 

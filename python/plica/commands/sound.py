@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from plica.commands.arguments import add_command, as_options, length
+from plica.commands.arguments import add_command, as_options, quantity
 from plica.commands.output import print_error
 
 __all__ = ["add_commands"]
@@ -27,7 +27,7 @@ model, was not part of the run, and its level is printed. docs/sound.md describe
 examples:
   plica sound runs/first -o voice.wav
   plica sound runs/first -o voice.wav --aspiration --seed 7
-  plica sound runs/first -o voice.wav --distance 1m --full-scale 2 --format float --rate 44100
+  plica sound runs/first -o voice.wav --distance 1m --full-scale 2 --format float --rate 44.1kHz
 """
 
 
@@ -39,10 +39,10 @@ def add_commands(commands: Any) -> None:
     sound.add_argument(
         "--distance",
         metavar="LENGTH",
-        type=length,
+        type=quantity,
         help='from the lips, e.g. "30cm" (default: 0.3 m)',
     )
-    sound.add_argument("--rate", metavar="HZ", type=int, help="default: 48000")
+    sound.add_argument("--rate", metavar="FREQUENCY", type=quantity, help='e.g. "44.1kHz" (default: 48 kHz)')
     sound.add_argument(
         "--format",
         default="24",
@@ -51,12 +51,12 @@ def add_commands(commands: Any) -> None:
     )
     sound.add_argument(
         "--full-scale",
-        metavar="PA",
-        type=float,
-        help="pressure of a sample of 1 (default: just above the sound)",
+        metavar="PRESSURE",
+        type=quantity,
+        help="pressure of a sample of 1, in Pa or with a unit (default: just above the sound)",
     )
     sound.add_argument("--aspiration", action="store_true", help="add the noise of the jet")
-    sound.add_argument("--seed", metavar="N", type=int, help="of the noise (default: 1)")
+    sound.add_argument("--seed", metavar="N", type=int, help="of the noise, with --aspiration (default: 1)")
     sound.add_argument("--overwrite", action="store_true", help="replace an existing file")
 
 
@@ -72,6 +72,11 @@ def _written(options: argparse.Namespace) -> int:
     from plica.storage.files import refuse_overwriting
 
     path: Path = options.output
+    if options.seed is not None and not options.aspiration:
+        raise InvalidInput(
+            f"--seed = {options.seed}; must come with --aspiration. It is that of the jet's noise, which "
+            "is not added without."
+        )
     if path.suffix.lower() != ".wav":
         raise InvalidInput(f"{path}: must have the suffix .wav.")
     if path.is_dir():

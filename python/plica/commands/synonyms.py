@@ -50,7 +50,14 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "noise": ("harmonics_to_noise", "sound_harmonics_to_noise"),
     **dict.fromkeys(("sound", "sound pressure", "acoustics", "microphone"), _SOUND),
     "loudness": (*_SOUND[:1], *_PRESSURE),
-    "spectral tilt": ("flow_h1_h2", "flow_h2_h4", "sound_h1_h2", "sound_h2_h4"),
+    "spectral tilt": (
+        "flow_h1_h2",
+        "flow_h2_h4",
+        "sound_h1_h2",
+        "sound_h2_h4",
+        "sound_h1_h2_corrected",
+        "sound_h2_h4_corrected",
+    ),
     "h1 h2": ("flow_h1_h2", "sound_h1_h2"),
     "cpp": ("sound_cepstral_peak_prominence", "cepstral_peak_prominence"),
     "hnr": ("sound_harmonics_to_noise", "harmonics_to_noise"),
@@ -63,7 +70,9 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "frame rate": ("output.every",),
     **dict.fromkeys(("one fold", "hemilarynx", "midplane"), ("mesh.mirror", "symmetry")),
     "duration": ("time.duration",),
-    **dict.fromkeys(("vocal tract", "supraglottal tract", "formant", "formants", "resonance"), ("tract",)),
+    **dict.fromkeys(
+        ("vocal tract", "supraglottal tract", "formant", "formants", "resonance"), ("tract", "formant_1")
+    ),
     "vowel": ("tract.vowel.name", "tract"),
     "subglottal tract": ("trachea",),
     "lungs": (*_PRESSURE, "trachea.supply"),

@@ -142,6 +142,7 @@ _video_glottis = partial(Quantity, group="Glottis", source="video")
 _perturbation = partial(Quantity, group="Perturbation", source="video")
 _airflow = partial(Quantity, group="Airflow", source="run")
 _run_sound = partial(Quantity, group="Sound", source="run")
+_tract = partial(Quantity, group="Vocal tract", source="run")
 _sound = partial(Quantity, group="Sound", source="both", recorded_from="signal")
 _video_sound = partial(Quantity, group="Sound", source="video", recorded_from="signal")
 _egg = partial(Quantity, group="Electroglottogram", source="video", recorded_from="signal")
@@ -579,7 +580,8 @@ _QUANTITIES = (
         "Sound pressure level at 0.3 m",
         "dB",
         "re 20 uPa, root mean square of each cycle or, if there are none, of the last third of the run; of a "
-        "small source in free air with the flow at the lips or, without a tract, at the glottis",
+        "small source in free air with the flow at the lips or, without a tract, at the glottis; before the "
+        "wall in which a tract's open end stands it would be 6 dB more",
         symbol="SPL",
     ),
     _run_sound(
@@ -587,7 +589,8 @@ _QUANTITIES = (
         "Glottal efficiency",
         "1",
         "radiated power, 4 pi r^2 / (rho c) times the mean square of the sound pressure at r, over "
-        "the product of mean subglottal pressure and mean flow, in each cycle (c = 350 m/s)",
+        "the product of mean subglottal pressure and mean flow, in each cycle; of a source in free air, half "
+        "of the radiated_energy that leaves a tract's open end, which stands in a wall",
         bounds=(0.0, inf),
     ),
     _sound("sound_h1_h2", "H1-H2 of the sound", "dB", f"{_HARMONICS.format(1, 2)}, {_RAW}"),
@@ -625,6 +628,38 @@ _QUANTITIES = (
         "mean difference of neighbouring amplitudes over the mean one (Praat), an amplitude being "
         "the root mean square of a cycle, as a peak depends on the band",
         bounds=(0.0, inf),
+    ),
+    *(
+        entry
+        for k in (1, 2, 3, 4)
+        for entry in (
+            _tract(
+                f"formant_{k}",
+                f"Formant {k}",
+                "Hz",
+                "resonance of the run's vocal tract over a closed glottis, of the model, not of the sound",
+                symbol=f"F{k}",
+            ),
+            _tract(
+                f"formant_{k}_bandwidth",
+                f"Bandwidth of formant {k}",
+                "Hz",
+                "between the points of half the power, of the tract alone: an open glottis adds to it",
+                symbol=f"B{k}",
+            ),
+        )
+    ),
+    *(
+        _tract(
+            f"sound_h{one}_h{other}_corrected",
+            f"H{one}-H{other} of the sound without the tract",
+            "dB",
+            "that of the sound less what the run's tract adds at the mean frequency of the cycles (flow at "
+            "the lips over that into the tract, of the model): that of the rate of change of the flow that "
+            "enters the tract, the glottal one and the air that the folds displace",
+            symbol=f"H{one}*-H{other}*",
+        )
+        for one, other in ((1, 2), (2, 4))
     ),
     _egg(
         "egg_frequency",

@@ -13,6 +13,7 @@ from plica._engine import build_info
 from plica.measures.comparison import METHOD, Change
 from plica.report.drawing import Drawing
 from plica.report.page import pdf_of, render
+from plica.report.player import Player
 from plica.report.wording import Row, number, numbered, row, typeset
 from plica.storage.files import write_text
 from plica.storage.json_file import write_json
@@ -37,6 +38,8 @@ class Sheet:
         Remarks, one sentence each.
     changes : sequence of Change
     sections : sequence of (heading, drawings)
+    players : sequence of Player
+        Of both sounds, above the section "Sound of both".
     command : str
         Command that repeats the comparison.
     """
@@ -47,6 +50,7 @@ class Sheet:
     changes: Sequence[Change]
     command: str
     sections: Sequence[tuple[str, list[Drawing]]] = field(default=())
+    players: Sequence[Player] = ()
 
 
 @dataclass(frozen=True)

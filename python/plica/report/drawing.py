@@ -12,10 +12,12 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from plica.measures.record import Floats
 from plica.report.progress import count_figure
+from plica.report.svg import shortened
 
 blue, red, green, purple, grey = "#3b82c4", "#d2603a", "#3f9b6c", "#8d66bf", "#8b8f96"
 tissue, air, rim = "#d8998a", "#1d222b", "#4a2f2a"
@@ -67,11 +69,21 @@ def draw(
     settings: Any = {**style, "svg.hashsalt": title}
     with mpl.rc_context(settings):
         figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasSVG(figure)
         paint(figure)
+        _laid_out(figure)
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     count_figure()
     return Drawing(title, caption, alt, inline_svg(buffer.getvalue(), alt))
+
+
+def _laid_out(figure: Figure) -> None:
+    """Lay it out once; savefig would do so twice, and draw it once more for that."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
 
 
 def inline_svg(text: str, alt: str) -> str:
@@ -85,7 +97,7 @@ def inline_svg(text: str, alt: str) -> str:
     used = set(re.findall(r"#([\w-]+)", text))
     text = re.sub(r' id="([^"]*)"', lambda found: found.group(0) if found.group(1) in used else "", text)
     name = alt.replace("&", "and").replace('"', "'").replace("<", "under ").replace(">", "over ")
-    return text.replace("<svg", f'<svg role="img" aria-label="{name}"', 1)
+    return shortened(text).replace("<svg", f'<svg role="img" aria-label="{name}"', 1)
 
 
 def over_time(*panels: tuple[Axes, str]) -> None:
@@ -97,8 +109,8 @@ def over_time(*panels: tuple[Axes, str]) -> None:
 
 
 def line(axes: Axes, time: Floats, values: Floats, **options: Any) -> None:
-    """A line reduced to the minimum and maximum of at most 1500 intervals."""
-    most = 1500
+    """A line reduced to the minimum and maximum of at most 1000 intervals: a pixel each, or less."""
+    most = 1000
     if time.size > 2 * most:
         edges = np.linspace(0, time.size, most + 1).astype(int)
         kept = []

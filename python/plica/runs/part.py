@@ -11,6 +11,7 @@ import numpy as np
 from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
 from plica.measures.cycles import Cycles
+from plica.measures.formants import TractResponse
 from plica.measures.measure import Measures
 from plica.measures.mesh_data import MeshData
 from plica.measures.record import Array, Floats, time_step
@@ -127,6 +128,11 @@ class RunPart:
     def failure(self) -> str:
         """Why the run failed; empty if it did not."""
         return self.run.failure
+
+    @property
+    def vocal_tract(self) -> TractResponse | None:
+        """That of the run."""
+        return self.run.vocal_tract
 
     @property
     def versions(self) -> Mapping[str, str]:

@@ -1,4 +1,4 @@
-"""A stored run: finished, interrupted, failed or still running."""
+"""A stored run: finished, interrupted, failed, killed or still running."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
 from plica.measures.cycles import Cycles
+from plica.measures.formants import TractResponse
 from plica.measures.measure import Measures
 from plica.measures.scene_text import airway_name
 from plica.measures.uncertainty import Bound, Uncertainty, read_uncertainty
@@ -26,7 +27,7 @@ from plica.scene.plausibility import scene_cautions
 from plica.scene.scene import Scene
 from plica.sound.far_field import audio_rate, usual_distance
 from plica.sound.voice import Sound, sound
-from plica.storage.files import storage_errors
+from plica.storage.files import being_written, storage_errors
 from plica.storage.stored import Stored
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ class Run(Mapping[str, NDArray[Any]]):
     steps, frames : int
         Stored so far.
     status : str
-        ``running`` (or killed), ``finished``, ``failed`` or ``interrupted``.
+        ``running``, ``killed``, ``finished``, ``failed`` or ``interrupted``, when it was loaded.
     failure : str
         Why it failed; empty if it did not.
     seconds : float
@@ -175,6 +176,8 @@ class Run(Mapping[str, NDArray[Any]]):
                 self._versions["contact solver"] = file.text("contact_solver")
         self.steps, self.frames = self._record.steps, self._record.frames
         self.seconds, self.status = self._record.seconds, _STATUS[self._record.status]
+        if self._record.status == store.RUNNING and not being_written(self.directory):
+            self.status = "killed"
         self.failure: str = self._record.message if self.status == "failed" else ""
 
     def _open(self) -> Stored:
@@ -322,6 +325,14 @@ class Run(Mapping[str, NDArray[Any]]):
             found: NDArray[np.float64] = file.read(f"sections/{name}") if "sections" in file else np.empty(0)
             return found
 
+    @cached_property
+    def vocal_tract(self) -> TractResponse | None:
+        """What its vocal tract does to the flow that enters it, with its formants; None without one."""
+        from plica.runs.tubes import tract_response
+
+        tract, airflow = self.scene.tract, self.scene.airflow
+        return None if tract is None or airflow is None else tract_response(tract, airflow)
+
     @property
     def versions(self) -> dict[str, str]:
         """The version of Plica that computed the run, and with contact the solver that "auto" selected."""
@@ -397,7 +408,7 @@ class Run(Mapping[str, NDArray[Any]]):
         self,
         *,
         distance: float | str = usual_distance,
-        rate: int = int(audio_rate),
+        rate: float | str = int(audio_rate),
         aspiration: bool = False,
         seed: int = 1,
     ) -> Sound:
@@ -407,8 +418,8 @@ class Run(Mapping[str, NDArray[Any]]):
         ----------
         distance : float or str
             m, or a text with a unit: from the lips.
-        rate : int
-            Hz.
+        rate : float or str
+            Hz, or a text with a unit.
         aspiration : bool
             Whether the noise of the jet is added, of this `seed`.
 

@@ -60,8 +60,7 @@ def at_posture(scene: Scene, mesh: _engine.TetMesh) -> _engine.TetMesh:
 
 def _held(posture: Posture, points: Floats, fixed: NDArray[np.bool_]) -> Floats:
     """(n, 3) m: where what is held goes."""
-    along = points[:, 1]
-    middle = 0.5 * (along.min() + along.max())
-    held = np.zeros_like(points)
-    held[:, 1] = np.where(fixed[:, 1], posture.stretch * (along - middle), 0.0)
-    return held
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    stretch = 1 + posture.stretch
+    aside = stretch**-posture.contraction
+    return np.where(fixed, (points - middle) * (np.array((aside, stretch, aside)) - 1), 0.0)

@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from plica import _engine
-from plica.measures.formants import Formant, formants
+from plica.measures.formants import Formant, TractResponse
+from plica.measures.record import Floats
 from plica.runs.options import engine_options
 from plica.scene.parts import Airflow
 from plica.scene.scene import Scene
 from plica.scene.tubes import Trachea, Tract
 
-__all__ = ["tract_formants", "tubes_of"]
+__all__ = ["tract_formants", "tract_response", "tubes_of"]
 
 
 def tubes_of(scene: Scene) -> dict[str, _engine.Tube]:
@@ -44,10 +45,34 @@ def _end(tract: Tract) -> Any:
     return _engine.Radiation() if tract.end.open is not None else _engine.FlowSupply()
 
 
-def tract_formants(tract: Tract, airflow: Airflow, highest: float = 5000.0) -> tuple[Formant, ...]:
-    """The formants of a vocal tract over a closed glottis, up to this frequency (Hz)."""
+def tract_response(tract: Tract, airflow: Airflow) -> TractResponse:
+    """What the vocal tract does to the flow that enters it."""
     tubes = {"trachea": None, "tract": _tube(tract, _end(tract))}
     system = _engine.tract(engine_options(airflow, **tubes))
+    storage, rates = np.asarray(system.storage), np.asarray(system.rates)
     wall = tract.wall.yielding
     own = 0.0 if wall is None else np.sqrt(wall.stiffness / wall.mass) / (2 * np.pi)
-    return formants(np.asarray(system.rates) / np.asarray(system.storage)[:, None], highest, own)
+    return TractResponse(storage, rates, _outflow(tract, rates), own)
+
+
+def _outflow(tract: Tract, rates: Floats) -> Floats:
+    """(m) c of the flow at the lips, c x: through the resistance of its end, and beside it the inertance of
+    one that is open; where the end is held, in the last element."""
+    found = np.zeros(len(rates))
+    if tract.end.closed is not None:
+        return found
+    groups = 2 if tract.wall.yielding is None else 4  # pressures, flows; flows and volumes of walls
+    held = tract.end.reflecting is not None and tract.end.reflecting.reflection == 1
+    nodes = -(-len(rates) // groups)
+    if held:
+        found[2 * nodes - 1] = 1.0
+        return found
+    found[nodes - 1] = -rates[nodes - 1, nodes - 1]
+    if tract.end.open is not None:
+        found[-1] = 1.0
+    return found
+
+
+def tract_formants(tract: Tract, airflow: Airflow, highest: float = 5000.0) -> tuple[Formant, ...]:
+    """The formants of a vocal tract over a closed glottis, up to this frequency (Hz)."""
+    return tract_response(tract, airflow).formants(highest)

@@ -275,13 +275,13 @@ def scene_cautions(scene: Scene, mesh: MeshArrays) -> tuple[Caution, ...]:
     """
     bodies = body_cautions(scene, mesh)
     if scene.airflow is None:
-        return (*_file_caution(scene, mesh), *bodies)
+        return (*_file_caution(scene, mesh), *_beyond_the_end(scene), *bodies)
     return (
         *_implausible(list(_quantities(scene))),
         *_gravity_caution(scene),
         *_layer_caution(scene, mesh),
         *_posture_caution(scene),
-        *_rise_caution(scene),
+        *_beyond_the_end(scene),
         *_mesh_caution(scene, scene.airflow.surface, mesh),
         *bodies,
     )
@@ -324,18 +324,23 @@ def _layer_caution(scene: Scene, mesh: MeshArrays) -> Iterator[Caution]:
         yield Caution("layer_thickness", seen, "Use thinner layers, or a larger mesh.options.radius.")
 
 
-def _rise_caution(scene: Scene) -> Iterator[Caution]:
-    assert scene.airflow is not None
-    rise, duration = scene.airflow.rise, scene.time.duration
-    course = scene.airflow.course
+def _beyond_the_end(scene: Scene) -> Iterator[Caution]:
+    """A caution if the run ends before the pressure has risen, or before fields are stored."""
+    duration, output = scene.time.duration, scene.output
+    seen, advice = [], []
+    if scene.airflow is not None and scene.airflow.rise > duration:
+        seen.append(f"airflow.rise = {scene.airflow.rise:g} s; the run ends before that, with less pressure.")
+        advice.append("let the pressure rise faster")
+    course = None if scene.airflow is None else scene.airflow.course
     if course is not None and course.time[-1] > duration * (1 + 1e-9):
-        seen = f"airflow.course goes on to {course.time[-1]:g} s; time.duration = {duration:g} s ends before."
-        yield Caution("duration", seen, "Run longer, or let the pressure change faster.")
-    if rise > duration:
-        seen = (
-            f"airflow.rise = {rise:g} s; time.duration = {duration:g} s ends before that, with less pressure."
-        )
-        yield Caution("duration", seen, "Run longer, or let the pressure rise faster.")
+        seen.append(f"airflow.course goes on to {course.time[-1]:g} s; the run ends before that.")
+        advice.append("let the pressure change faster")
+    if output.every is not None and output.start > duration * (1 + 1e-9):
+        seen.append(f"output.start = {output.start:g} s; the run ends before that, and no field is stored.")
+        advice.append("store fields from an earlier time on")
+    if seen:
+        text = f"time.duration = {duration:g} s. {' '.join(seen)}"
+        yield Caution("duration", text, f"Run longer, or {' and '.join(advice)}.")
 
 
 def _posture_caution(scene: Scene) -> Iterator[Caution]:

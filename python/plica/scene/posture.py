@@ -39,6 +39,10 @@ class Posture(Part):
     elongation: Annotated[Number, Field(gt=-0.5, le=1)] | None = None
     """[-] By how much the folds are lengthened along y, in shares of their length at rest: what is held moves
     by this times its distance from the middle of the mesh."""
+    contraction: Annotated[Number, Field(ge=0, le=1)] = 0.5
+    """[-] What is held moves along x and z, too: it becomes (1 + elongation)^-contraction times as wide and
+    high. 0.5 keeps its volume; 0 leaves it where it is, and tissue that becomes thinner draws the folds
+    apart, most at the ends of the glottis."""
     muscles: Muscles | None = None
     """Activations that set the elongation instead."""
     active_stress: dict[str, Pressure] = Field(default_factory=dict)
@@ -48,7 +52,7 @@ class Posture(Part):
     @model_validator(mode="after")
     def _is_one(self) -> Self:
         if self.elongation is not None and self.muscles is not None:
-            raise problem("must be left out with muscles, which set it.", "elongation", value=self.elongation)
+            raise problem("must be left out: muscles set it.", "elongation", value=self.elongation)
         if self.elongation is None and self.muscles is None and not self.active_stress:
             raise problem("elongation, muscles or active_stress is missing: give one.")
         return self

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from plica.errors import InvalidInput
 from plica.storage.files import require_file
 from plica.units import read_quantity
 
-__all__ = ["LONGEST", "VOWELS", "WIDEST", "Profile", "read_profile", "vowel_profile"]
+__all__ = ["LONGEST", "VOWELS", "WIDEST", "Profile", "read_columns", "read_profile", "vowel_profile"]
 
 Profile = tuple[tuple[float, ...], tuple[float, ...]]
 """Lengths (m) and areas (m^2) of the parts of a tube, from the glottis on."""
@@ -59,7 +60,27 @@ def read_profile(path: Path) -> Profile:
     ------
     InvalidInput
     """
+    columns = {"distance": ("m", "distance (cm)"), "area": ("m^2", "area (cm^2)")}
+    distance, area = read_columns(path, columns)
+    _check(distance, area, f"{path}")
+    return _parts(distance, area)
+
+
+def read_columns(path: Path, columns: Mapping[str, tuple[str, str]]) -> list[NDArray[np.float64]]:
+    """Columns of a CSV file whose header has their units, in SI; lines that begin with # are left out.
+
+    Parameters
+    ----------
+    path : Path
+    columns : mapping
+        Name to SI unit and an example of its heading.
+
+    Raises
+    ------
+    InvalidInput
+    """
     where = f"{path}"
+    header = ",".join(example for _, example in columns.values())
     require_file(path, where)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -70,19 +91,14 @@ def read_profile(path: Path) -> Profile:
     except (OSError, csv.Error) as error:
         raise InvalidInput(f"{where}: cannot be read: {error}.") from None
     if not rows:
-        raise InvalidInput(f"{where}: is empty; must have the header distance (cm),area (cm^2).")
-    units = {"distance": "m", "area": "m^2"}
-    places = {name: _column(rows[0][1], name, unit, where) for name, unit in units.items()}
-    distance, area = (_values(rows[1:], *place, name, where) for name, place in places.items())
-    _check(distance, area, where)
-    return _parts(distance, area)
+        raise InvalidInput(f"{where}: is empty; must have the header {header}.")
+    places = {name: _column(rows[0][1], name, *kind, where) for name, kind in columns.items()}
+    return [_values(rows[1:], *place, name, where) for name, place in places.items()]
 
 
-def _column(header: list[str], name: str, unit: str, where: str) -> tuple[int, float]:
+def _column(header: list[str], name: str, unit: str, example: str, where: str) -> tuple[int, float]:
     """Place of a column, and the size of its unit in SI."""
-    wanted = (
-        f'the header must have "{name} (UNIT)", such as {"distance (cm)" if unit == "m" else "area (cm^2)"}'
-    )
+    wanted = f'the header must have "{name} (UNIT)", such as {example}'
     found = [(k, re.fullmatch(rf"\s*{name}\s*\((.+)\)\s*", cell)) for k, cell in enumerate(header)]
     matches = [(k, match[1]) for k, match in found if match]
     if len(matches) != 1:

@@ -61,7 +61,7 @@ def aspiration_flow(
         Where the glottis has no known length, where a tract is between glottis and lips (it would filter the
         noise), and where the run's step is too long for the band.
     """
-    flow, _ = radiating_flow(waveforms)
+    flow, _ = radiating_flow(waveforms, scene_text)
     if "lip_flow" in waveforms:
         raise InvalidInput(
             "Sound: aspiration with a tract; must be without. A tract filters the noise of the jet, and the "

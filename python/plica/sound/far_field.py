@@ -30,6 +30,7 @@ __all__ = [
     "equidistant",
     "far_field",
     "radiating_flow",
+    "reflects",
     "sound_speed",
     "usual_distance",
 ]
@@ -38,6 +39,7 @@ usual_distance = 0.3  # m, from the lips: of microphones and of published levels
 audio_rate = 48000.0  # Hz
 _FEWEST = 16  # steps, below which there is no sound
 _LIPS = "lip_flow"
+_REFLECTED = "the flow at the tract's end, which reflects a share of each wave: as if it left into a room"
 _EVEN = 1e-3  # of a step, by which times of equidistant steps may differ from it
 
 
@@ -109,7 +111,7 @@ def far_field(
     InvalidInput
         Without airflow, with fewer than 16 steps, and where the flow is no finite number.
     """
-    flow, source = radiating_flow(waveforms)
+    flow, source = radiating_flow(waveforms, scene_text)
     if time.size < _FEWEST:
         raise InvalidInput(f"Sound: the run has {time.size} steps; must have {_FEWEST} or more for a sound.")
     wrong = np.flatnonzero(~np.isfinite(flow))
@@ -128,7 +130,7 @@ def far_field(
     return FarField(pressure, rate, float(time[0]), distance, density, sound_speed(scene_text), band, source)
 
 
-def radiating_flow(waveforms: Mapping[str, Array]) -> tuple[Floats, str]:
+def radiating_flow(waveforms: Mapping[str, Array], scene_text: str) -> tuple[Floats, str]:
     """(k) m^3/s, the flow that radiates, and which it is.
 
     Raises
@@ -137,10 +139,17 @@ def radiating_flow(waveforms: Mapping[str, Array]) -> tuple[Floats, str]:
         Where the run has no airflow.
     """
     if _LIPS in waveforms:
-        return np.asarray(waveforms[_LIPS], dtype=float), "the flow at the lips"
+        flow = np.asarray(waveforms[_LIPS], dtype=float)
+        return flow, _REFLECTED if reflects(scene_text) else "the flow at the lips"
     if "flow" in waveforms:
         return np.asarray(waveforms["flow"], dtype=float), "the glottal flow, as there is no tract"
     raise InvalidInput("Sound: the run has no airflow; must have one. Add [airflow] to its scene.")
+
+
+def reflects(scene_text: str) -> bool:
+    """Whether the tract of a scene ends in a resistance that reflects, instead of the room."""
+    end = (scene_table(scene_text, "tract") or {}).get("end")
+    return end == "reflecting" or (isinstance(end, dict) and "reflecting" in end)
 
 
 def air(scene_text: str) -> float:

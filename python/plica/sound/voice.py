@@ -109,7 +109,7 @@ def sound(
     run: Radiates,
     *,
     distance: float | str = usual_distance,
-    rate: int = int(audio_rate),
+    rate: float | str = int(audio_rate),
     aspiration: bool = False,
     length: float | None = None,
     seed: int = 1,
@@ -122,8 +122,8 @@ def sound(
         Any run; finished or not.
     distance : float or str
         m, or a text with a unit: distance from the lips, 1 cm to 100 m.
-    rate : int
-        Hz, 8000 to 192000.
+    rate : float or str
+        Hz, or a text with a unit: a whole number from 8000 to 192000.
     aspiration : bool
         Whether the noise of the jet is added (:mod:`plica.sound.aspiration`).
     length : float, optional
@@ -141,14 +141,15 @@ def sound(
         raise InvalidInput(
             f"Sound: distance = {meters:g} m; must be in [{_DISTANCES[0]:g}, {_DISTANCES[1]:g}] m."
         )
-    if rate != int(rate) or not _RATES[0] <= rate <= _RATES[1]:
+    hertz = _quantity("rate", rate, "Hz")
+    if hertz != int(hertz) or not _RATES[0] <= hertz <= _RATES[1]:
         raise InvalidInput(
-            f"Sound: rate = {rate:g} Hz; must be a whole number from {_RATES[0]} to {_RATES[1]} Hz."
+            f"Sound: rate = {hertz:g} Hz; must be a whole number from {_RATES[0]} to {_RATES[1]} Hz."
         )
     if seed < 0:
         raise InvalidInput(f"Sound: seed = {seed}; must be >= 0.")
     time, waveforms = np.asarray(run.time, dtype=float), run.waveforms
-    given: dict[str, Any] = {"distance": meters, "rate": float(rate)}
+    given: dict[str, Any] = {"distance": meters, "rate": hertz}
     found = far_field(time, waveforms, run.scene_text, **given)
     if "lip_flow" in waveforms and not np.any(found.pressure):
         raise InvalidInput(

@@ -12,6 +12,7 @@ from pathlib import Path
 from plica.errors import InvalidInput, StorageFailed
 
 __all__ = [
+    "being_written",
     "draft_of",
     "holds_nothing_but",
     "only_writer",
@@ -156,3 +157,16 @@ def only_writer(directory: Path) -> Iterator[None]:
         except BlockingIOError:
             raise InvalidInput(f"{directory}: another process is writing to this directory.") from None
         yield
+
+
+def being_written(directory: Path) -> bool:
+    """Whether a process writes to the directory (`only_writer`); also where that cannot be told, as on some
+    network drives, but not where there is no lock, as in a copy."""
+    try:
+        with (directory / LOCK).open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return True
+    return False

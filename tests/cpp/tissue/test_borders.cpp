@@ -24,6 +24,8 @@ TEST_CASE("assembly refuses meshes, materials, marks and faces that do not fit")
         {"Assembler::redistributed_mass tissue", redistribute},
         {"Assembler::stiffness tissue", [&] { assembler.stiffness(tissue); }},
         {"Assembler::viscosity tissue", [&] { assembler.viscosity(tissue); }},
+        {"Assembler::stretched tissue", [&] { assembler.stretched(tissue, mesh.points); }},
+        {"Assembler::stress tissue", [&] { assembler.stress(tissue); }},
         {"Assembler::body_force tissue", [&] { assembler.body_force(tissue, Vector3::UnitX()); }},
         {"AffineStiffness::AffineStiffness tissue", [&] { AffineStiffness(assembler, tissue); }},
         {"Tissue::validate mesh", [&] { tissue.validate(mesh); }}}) {
@@ -34,6 +36,8 @@ TEST_CASE("assembly refuses meshes, materials, marks and faces that do not fit")
   sizes("Assembler::redistributed_mass transfer.massless", transfer.massless, redistribute);
   sizes("Assembler::redistributed_mass transfer.held", transfer.held, redistribute);
   sizes("Assembler::redistributed_mass transfer.free", transfer.free, redistribute);
+  Points x = mesh.points;
+  sizes("Assembler::stretched x", x, [&] { assembler.stretched(tissue, x); });
   Faces faces = mesh.surface("x_max");
   indices("Assembler::traction faces", faces, [&] { assembler.traction(faces, Vector3::UnitX()); });
   for (const std::ptrdiff_t width : {0, 2, 6})

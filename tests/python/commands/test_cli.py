@@ -26,6 +26,19 @@ def scene_file(bar: plica.Scene, tmp_path: Path) -> Path:
     return tmp_path / "scene.toml"
 
 
+def test_a_part_of_the_scene_can_be_left_out(
+    bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bar.replace({"gravity": (0, 0, -9.81), "output": {"every": bar.time.step}}).save(tmp_path / "s.toml")
+    command = ["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"]
+    assert main([*command, "--without", "gravity", "--without", "output.every"]) == 0
+    scene = plica.Run.load(tmp_path / "run").scene
+    assert scene.gravity is None
+    assert scene.output.every is None
+    assert main([*command, "--without", "gravty"]) == 2
+    assert 'gravty is not known. Did you mean "gravity"?' in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_run_ends_with_measures_and_a_report(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]

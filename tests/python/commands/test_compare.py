@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import csv
+import io
 import json
 import re
 import shutil
@@ -12,6 +14,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from scipy.io import wavfile
 
 import plica
 from analytic_run import Phonation
@@ -245,6 +248,35 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
     unfinished = type(one)(**{**vars(one), "time": one.time[:700]})
     with pytest.raises(InvalidInput, match=r"has 700 of 1200 steps; must be finished"):
         compare_runs([one, unfinished], [tmp_path / "one", tmp_path / "other"])
+
+
+def test_both_sounds_are_heard_at_one_full_scale_and_seen_in_one_picture(tmp_path: Path) -> None:
+    """The second flow is four times as large: 12 dB, in samples and in the picture."""
+    one = Phonation(frequency=213.7, impulse=0.0).run()
+    louder = {**one.waveforms, "flow": 4.0 * np.asarray(one.waveforms["flow"])}
+    other = type(one)(**{**vars(one), "waveforms": louder})
+    sheet = sheet_of_runs(compare_runs([one, other], [tmp_path / "one", tmp_path / "other"]))
+    assert [heading for heading, _ in sheet.sections[:2]] == ["Flow of both", "Sound of both"]
+    files = [base64.b64decode(player.uri.partition("base64,")[2]) for player in sheet.players]
+    (rate, quiet), (same_rate, loud) = (wavfile.read(io.BytesIO(file)) for file in files)
+    assert rate == same_rate
+    assert 4.0 * quiet.astype(float) == pytest.approx(loud.astype(float), abs=3)
+    assert np.abs(loud).max() > 2**15 / 5
+    scales = [re.findall(r"full scale (\S+) Pa", player.caption)[0] for player in sheet.players]
+    assert scales[0] == scales[1]
+    assert [player.caption[:7] for player in sheet.players] == ["Before.", "After. "]
+    text = write_comparison(sheet, tmp_path).read_text(encoding="utf-8")
+    assert text.count("<audio") == 2
+    assert "<td>none</td><td>none</td>" in text  # tubes
+
+
+def test_runs_without_cycles_or_sound_are_compared_by_what_they_have(tmp_path: Path) -> None:
+    one = Phonation(frequency=213.7, impulse=0.0).run()
+    still = {**one.waveforms, "flow": np.zeros(one.time.size), "minimum_area": np.zeros(one.time.size)}
+    other = type(one)(**{**vars(one), "waveforms": still})
+    sheet = sheet_of_runs(compare_runs([one, other], [tmp_path / "one", tmp_path / "other"]))
+    assert not {"Flow of both", "Sound of both"} & {heading for heading, _ in sheet.sections}
+    assert sheet.players == ()
 
 
 def test_a_comparison_says_where_and_of_how_many(tmp_path: Path) -> None:

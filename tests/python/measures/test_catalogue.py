@@ -23,6 +23,7 @@ from plica.measures.run.measure import measure, steady_cycles
 from plica.measures.scale import Scale, shown_unit
 from plica.measures.waveforms import RECORDED, STORED
 from plica.report.wording import tables
+from plica.runs.tubes import tract_response
 from plica.units import read_quantity
 from plica.video.files.signal_file import Signal
 from plica.video.glottis.glottal_area import GlottalArea
@@ -108,7 +109,9 @@ def test_what_a_run_has_is_a_runs(run: AnalyticRun) -> None:
 
 def test_every_quantity_is_measured_of_what_the_catalogue_says() -> None:
     rough = {"friction_loss": np.zeros(BASE.steps)}
-    run = dataclasses.replace(VOICES["closing"], waveforms={**VOICES["closing"].waveforms, **rough})
+    tract = tract_response(plica.Tract(vowel={"name": "a"}), plica.Airflow())
+    waves = {**VOICES["closing"].waveforms, **rough}
+    run = dataclasses.replace(VOICES["closing"], waveforms=waves, vocal_tract=tract)
     simulated = {*measure(run), *measure(free_vibration())}
     recorded = set(measures(filmed(run), length=100.0)[0])
     unseen, line = (

@@ -9,7 +9,7 @@ import pytest
 
 import plica
 from plica.measures.formants import formants
-from plica.runs.tubes import tract_formants
+from plica.runs.tubes import tract_formants, tract_response
 
 AIR = plica.Airflow(sound_speed=350.0)
 LENGTH = 0.17
@@ -83,3 +83,27 @@ def test_a_closed_tract_rings_at_halves() -> None:
     tract = plica.Tract(uniform={"length": LENGTH, "area": 3e-4}, end="closed", **PLAIN)
     found = [one.frequency for one in tract_formants(tract, AIR, 3500.0)]
     assert found == pytest.approx([_of_elements(k * 350.0 / (2 * LENGTH)) for k in (1, 2, 3)], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "end", ["open", {"reflecting": {"reflection": 1.0}}, {"reflecting": {"reflection": 0.4}}]
+)
+def test_the_flow_at_the_lips_is_that_of_a_tube_in_closed_form(end: Any) -> None:
+    """U_lips / U = 1 / (cos kL + i Z / Z_c sin kL), Z of a piston in a wall (Flanagan), or of the end."""
+    area = 3e-4
+    response = tract_response(plica.Tract(uniform={"length": LENGTH, "area": area}, end=end, **PLAIN), AIR)
+    frequency = np.array([20.0, 258.0, 700.0, 1100.0, 1900.0])
+    k, radius = 2 * np.pi * frequency / 350.0, np.sqrt(area / np.pi)
+    resistance, inertance = 128 / (9 * np.pi**2), 8j * k * radius / (3 * np.pi)
+    load = resistance * inertance / (resistance + inertance)
+    if end != "open":
+        share = end["reflecting"]["reflection"]
+        load = (1 - share) / (1 + share) * np.ones(frequency.size)
+    exact = -20 * np.log10(np.abs(np.cos(k * LENGTH) + 1j * load * np.sin(k * LENGTH)))
+    assert np.ptp(exact) > 3.0
+    assert response.gain(frequency) == pytest.approx(exact, abs=0.05)  # elements of 4 mm
+
+
+def test_a_closed_tract_lets_no_flow_out() -> None:
+    response = tract_response(plica.Tract(uniform={"length": LENGTH, "area": 3e-4}, end="closed"), AIR)
+    assert response.gain(np.array([200.0])) == -np.inf

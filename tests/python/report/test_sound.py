@@ -12,7 +12,7 @@ from scipy.io import wavfile
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.report.run.reading import read
-from plica.report.run.sound import SoundReading, _spectrogram, _Spectrum, read_sound
+from plica.report.run.sound import SoundReading, Spectrum, _spectrogram, read_sound
 from plica.sound.far_field import FarField
 from plica.sound.voice import sound, sound_level
 from plica.sound.wave_file import full_scale_above
@@ -72,7 +72,7 @@ def test_levels_of_a_spectrum_are_those_of_its_sines() -> None:
     cycles = read(run).cycles
     cycles = dataclasses.replace(cycles, starts=0.02 + np.arange(31) / 200.0)
     wave = 0.3 * np.sin(2 * np.pi * 200 * time) + 0.02 * np.sin(2 * np.pi * 600 * time)
-    found = _Spectrum.of(time, wave, cycles, 1000.0, 20e-6)
+    found = Spectrum.of(time, wave, cycles, 1000.0, 20e-6)
     one, three = (sound_level(amplitude / np.sqrt(2)) for amplitude in (0.3, 0.02))
     assert found.level.max() == pytest.approx(one, abs=0.01)
     assert found.level[np.abs(found.frequency - 600).argmin()] == pytest.approx(three, abs=0.05)

@@ -11,6 +11,7 @@ import plica
 from interrupted_runs import assert_identical, kill_after, start
 from plica.report.run.page import sections
 from plica.report.run.reading import read
+from plica.runs.tubes import tract_formants
 
 TUBES = {
     "trachea": {
@@ -65,6 +66,22 @@ def test_a_run_without_tubes_has_none_of_their_waveforms(phonating: plica.Scene,
     for name in (*ENERGIES, "lip_flow", "supply_rise", "flow_below", "supraglottal_pressure"):
         assert name not in plain.waveforms
     assert "Air" not in dict(sections(read(plain)))
+
+
+def test_formants_are_measures_of_the_run_and_of_its_parts(
+    voiced: plica.Run, phonating: plica.Scene, tmp_path: Path
+) -> None:
+    scene = voiced.scene
+    assert scene.tract is not None
+    assert scene.airflow is not None
+    found = tract_formants(scene.tract, scene.airflow)
+    for measures in (voiced.measures, voiced.between(None, voiced.time[-5]).measures):
+        assert measures["formant_1"].value == found[0].frequency
+        assert measures["formant_2_bandwidth"].value == found[1].bandwidth
+        assert measures["sound_h1_h2_corrected"].value is None  # of no cycle
+    bare = plica.run(phonating, tmp_path / "run", progress=False)
+    assert bare.vocal_tract is None
+    assert not [name for name in bare.measures if "formant" in name or "corrected" in name]
 
 
 @pytest.mark.slow

@@ -28,6 +28,11 @@ ON_BOX = {
 
 # Of each row, by option and other: changes of a larynx with airflow and contact by multipliers.
 CHANGES: dict[tuple[str, str], dict[str, Any]] = {
+    ("contact.nitsche", "posture"): {"posture": {"elongation": 0.1}, "contact": {"nitsche": {}}},
+    ('contact.surface_mass = "redistributed"', "posture"): {
+        "posture": {"elongation": 0.1},
+        "contact.surface_mass": "redistributed",
+    },
     ("tract, trachea", "no airflow"): {"tract": {"vowel": {"name": "a"}}, "airflow": None},
     ('initial.equilibrium = "flow"', "no airflow"): {**IN_FLOW, "airflow": None, "contact": None},
     ("airflow.rise > 0", 'initial.equilibrium = "flow"'): {**IN_FLOW, "airflow.rise": 1e-3},

@@ -19,6 +19,7 @@ from plica.measures.run.glottal import flow_measures, open_area, several_summits
 from plica.measures.run.run_data import RunData, reached
 from plica.measures.run.solver import energy_measures, solver_measures
 from plica.measures.run.sound import radiation_measures
+from plica.measures.run.tract import tract_measures
 from plica.measures.scene_text import scene_table, scene_tables
 from plica.units import read_quantity
 
@@ -106,7 +107,10 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         found += [_unless_mirrored(item, run.scene_text) for item in motion]
         found += (given := _subglottal_pressure(run.scene_text, waveforms, time, cycles))
         supply = given[0].value if given else None
-        found += radiation_measures(time, waveforms, run.scene_text, cycles, supply)
+        heard = radiation_measures(time, waveforms, run.scene_text, cycles, supply)
+        found += heard
+        if run.vocal_tract is not None:
+            found += tract_measures(run.vocal_tract, {item.name: item for item in heard}, cycles)
     elif "probes" in waveforms and waveforms["probes"].size:
         found += free_measures(time, waveforms)[0]
     if cycles.count and "strain_999" in waveforms:

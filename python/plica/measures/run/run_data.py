@@ -9,6 +9,7 @@ import numpy as np
 
 from plica.measures.caution import Caution
 from plica.measures.cycles import Cycles
+from plica.measures.formants import TractResponse
 from plica.measures.measure import Measures
 from plica.measures.mesh_data import MeshData
 from plica.measures.record import Array, Floats
@@ -64,6 +65,10 @@ class RunData(Protocol):
     @property
     def failure(self) -> str:
         """Why the run failed; empty if it did not."""
+
+    @property
+    def vocal_tract(self) -> TractResponse | None:
+        """What its vocal tract does to the flow that enters it; None without one."""
 
     @property
     def versions(self) -> Mapping[str, str]:

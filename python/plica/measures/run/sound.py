@@ -17,7 +17,7 @@ from plica.measures.record import Array, Floats, time_step
 from plica.measures.recorded import marks
 from plica.measures.sound_quality import cepstral_band, harmonic_differences, sound_measures
 from plica.measures.stationary import fewest
-from plica.sound.far_field import FarField, equidistant, far_field
+from plica.sound.far_field import FarField, equidistant, far_field, reflects
 from plica.sound.voice import reference_pressure
 
 __all__ = ["radiation_measures"]
@@ -26,6 +26,7 @@ _JUMP = 0.02  # of the flow's range, in the step in which contact stops it
 _STEEPER = 3.0  # times the steps beside it
 _SILENT = -60.0  # dB
 _CORNER = 20e-6  # s, above which samples of a flow with a corner limit what tells cycles apart
+_REFLECTING = "tract.end reflects a share of each wave and radiates nothing: let it be open for a sound"
 _OF_A_CYCLE = 1.5  # times the share of a step in the period: shimmer of equal pulses with a corner
 
 
@@ -45,23 +46,21 @@ def radiation_measures(
     supply : float or None
         Pa, subglottal pressure of the scene, where no waveform has it.
     """
+    of_flow, even, flow = _source_measures(time, waveforms, cycles)
     try:
         field = far_field(time, waveforms, scene_text)
     except InvalidInput as error:
         reason = str(error).removeprefix("Sound: ").rstrip(".")
-        return [absent(name, reason) for name in _names()]
-    jumps = _stopped_at_once(time, waveforms, cycles)
-    coarse = _coarse(field, time_step(time))
-    even, flow = equidistant(time, np.asarray(waveforms["flow"], dtype=float))
-    noted = [
-        *declination_measures(even, flow, cycles, jumps),
-        *harmonic_differences("flow", even, flow, cycles, cautions=jumps),
-    ]
+        return [*of_flow, *(absent(name, reason) for name in _of_sound())]
     if not np.any(field.pressure):
         closed = "nothing moves at the lips: no sound leaves them"
-        return [*noted, *(absent(name, closed) for name in _of_sound())]
-    doubts = [*jumps, *coarse]
-    noted += [
+        return [*of_flow, *(absent(name, closed) for name in _of_sound())]
+    doubts = [
+        *_stopped_at_once(time, waveforms, cycles),
+        *_coarse(field, time_step(time)),
+        *([_REFLECTING] if reflects(scene_text) else []),
+    ]
+    of_sound = [
         _level(field, cycles, doubts),
         _efficiency(field, time, waveforms, cycles, supply, doubts),
         *sound_measures(
@@ -74,20 +73,34 @@ def radiation_measures(
         ),
     ]
     return [
-        _of(
-            "the glottal flow" if item.name == "sound_jitter" else field.source,
-            _sampled(item, time_step(even), cycles),
-        )
-        if CATALOGUE[item.name].group == "Sound"
-        else item
-        for item in noted
+        *of_flow,
+        *(
+            _of(
+                "the glottal flow" if item.name == "sound_jitter" else field.source,
+                _sampled(item, time_step(even), cycles),
+            )
+            for item in of_sound
+        ),
     ]
 
 
-def _names() -> list[str]:
-    """Those of this module that a run without a sound does not determine."""
-    slopes = ("maximum_flow_declination_rate", "normalised_amplitude_quotient")
-    return [*slopes, "flow_h1_h2", "flow_h2_h4", *_of_sound()]
+def _source_measures(
+    time: Floats, waveforms: Mapping[str, Array], cycles: Cycles
+) -> tuple[list[Measure], Floats, Floats]:
+    """Measures of the glottal flow, also where nothing of it is heard; the flow at equidistant times."""
+    flow = np.asarray(waveforms["flow"], dtype=float)
+    wrong = np.count_nonzero(~np.isfinite(flow))
+    if wrong or time.size < 2:
+        why = f"the flow is no finite number in {wrong} steps" if wrong else f"the run has {time.size} steps"
+        slopes = ("maximum_flow_declination_rate", "normalised_amplitude_quotient")
+        return [absent(name, why) for name in (*slopes, "flow_h1_h2", "flow_h2_h4")], time, flow
+    jumps = _stopped_at_once(time, waveforms, cycles)
+    even, flow = equidistant(time, flow)
+    found = [
+        *declination_measures(even, flow, cycles, jumps),
+        *harmonic_differences("flow", even, flow, cycles, cautions=jumps),
+    ]
+    return found, even, flow
 
 
 def _of_sound() -> list[str]:

@@ -13,8 +13,10 @@ from plica.errors import InvalidInput
 from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measure, Measures
 from plica.measures.run.run_data import MeasuredRun
+from plica.measures.scene_text import scene_table
 from plica.report.comparison import Sheet
 from plica.report.drawing import Drawing
+from plica.report.run.beside import flow_of_both, players_of_both, sound_of_both
 from plica.report.run.page import sections
 from plica.report.run.reading import read
 from plica.report.run.sound import read_sound
@@ -68,17 +70,49 @@ def sheet_of_runs(found: RunComparison) -> Sheet:
         "DIR",
     ]
     facts = [
-        {"run": str(directory), "steps": f"{run.time.size}", "duration": f"{1e3 * run.time[-1]:.4g} ms"}
+        {
+            "run": str(directory),
+            "steps": f"{run.time.size}",
+            "duration": f"{1e3 * run.time[-1]:.4g} ms",
+            "tubes": _tubes(run),
+        }
         for directory, run in zip(found.directories, found.runs, strict=True)
     ]
-    of_both = [{one.title: one for one in _drawings(run)} for run in found.runs]
-    shown = [
+    readings = [read(run) for run in found.runs]
+    heard = [read_sound(one) for one in readings]
+    both = [one for one in heard if one is not None]
+    flow = flow_of_both(readings)
+    shown = [] if flow is None else [("Flow of both", [flow])]
+    if len(both) == len(heard):
+        shown.append(("Sound of both", [sound_of_both(both)]))
+    of_both = [
+        {drawing.title: drawing for _, drawings in sections(*one) for drawing in drawings}
+        for one in zip(readings, heard, strict=True)
+    ]
+    shown += [
         (title, [_named("Before", "b", one), _named("After", "a", of_both[1][title])])
         for title, one in of_both[0].items()
         if title in of_both[1]
     ]
     command = shlex.join(arguments)
-    return Sheet((names[0], names[1]), (facts[0], facts[1]), found.remarks, found.changes, command, shown)
+    return Sheet(
+        (names[0], names[1]),
+        (facts[0], facts[1]),
+        found.remarks,
+        found.changes,
+        command,
+        shown,
+        players_of_both(both) if len(both) == len(heard) else (),
+    )
+
+
+def _tubes(run: MeasuredRun) -> str:
+    """The tubes of a run, and the formants of its tract."""
+    found = [name for name in ("trachea", "tract") if scene_table(run.scene_text, name) is not None]
+    if run.vocal_tract is None:
+        return " and ".join(found) or "none"
+    formants = ", ".join(f"{one.frequency:.0f}" for one in run.vocal_tract.formants()[:4])
+    return f"{' and '.join(found)}; formants {formants or 'none'} Hz"
 
 
 def flow_against_pressure(before: Measures, after: Measures) -> list[str]:
@@ -116,11 +150,6 @@ def _falls(less: Measure, more: Measure) -> bool:
 def _shown(item: Measure) -> str:
     shown = row(item)
     return f"{shown.value} {shown.unit}"
-
-
-def _drawings(run: MeasuredRun) -> list[Drawing]:
-    reading = read(run)
-    return [drawing for _, drawings in sections(reading, read_sound(reading)) for drawing in drawings]
 
 
 def _named(side: str, mark: str, drawing: Drawing) -> Drawing:

@@ -46,15 +46,14 @@ def trajectories(reading: Reading) -> Drawing:
     height = np.asarray(reading.run.section_height, dtype=float)
     shown = (height >= low - 1e-9) & (height <= high + 1e-9)
     reach = 0.6e3 * (high - low)
-    right, left = reading.coronal
-    sides = ((1e3 * left, blue), (1e3 * right, red))
+    right, left = (1e3 * np.concatenate((points[:1], points[part]))[:, shown] for points in reading.coronal)
+    sides = ((left, blue), (right, red))
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
         for points, colour in sides:
-            paths = [points[part, i] for i in np.flatnonzero(shown)]
-            axes.add_collection(LineCollection(paths, colors=colour, linewidths=1.1))
-            start = points[0, shown]
+            start, paths = points[0], np.swapaxes(points[1:], 0, 1)
+            axes.add_collection(LineCollection(list(paths), colors=colour, linewidths=1.1))
             axes.plot(start[:, 0], start[:, 1], "o--", color=grey, ms=3, lw=0.7)
         axes.set_aspect("equal")
         axes.set_ylim(1e3 * low - 0.1, 1e3 * high + 0.1)

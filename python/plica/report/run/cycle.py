@@ -179,9 +179,10 @@ def _phase(reading: Reading, i: int) -> str:
 
 
 def _coronal(axes: Axes, reading: Reading, step: int, scale: Normalize) -> None:
-    right, left = (1e3 * points[step] for points in reading.coronal)
-    pressure = 1e-3 * reading.wave("section_pressure")[step]
     low, high = (1e3 * z for z in reading.height_range())
+    shown = _shown(reading, step)
+    right, left = (1e3 * points[step, shown] for points in reading.coronal)
+    pressure = 1e-3 * reading.wave("section_pressure")[step, shown]
     reach = 0.42 * (high - low)
     quads = np.stack((left[:-1], right[:-1], right[1:], left[1:]), axis=1)
     bands = PolyCollection(
@@ -195,6 +196,14 @@ def _coronal(axes: Axes, reading: Reading, step: int, scale: Normalize) -> None:
         axes.plot(points[:, 0], points[:, 1], color=rim, lw=0.7)
     axes.set_xlim(-reach, reach)
     axes.set_ylim(low, high)
+
+
+def _shown(reading: Reading, step: int) -> slice:
+    """The coronal points of which one fold is within the heights shown, and one on either side of them."""
+    low, high = reading.height_range()
+    heights = [points[step, :, 1] for points in reading.coronal]
+    within = np.flatnonzero(np.any([(z >= low) & (z <= high) for z in heights], axis=0))
+    return slice(max(within[0] - 1, 0), within[-1] + 2) if within.size else slice(0, 2)
 
 
 def _superior(axes: Axes, outline: Outline, reach: float) -> None:

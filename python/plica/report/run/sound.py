@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,13 +13,14 @@ from plica.measures.cycles import Cycles
 from plica.measures.harmonics import harmonic_levels
 from plica.measures.record import Floats, time_step
 from plica.report.drawing import Drawing, blue, draw, line, over_time, red
+from plica.report.player import Player, player
 from plica.report.run.reading import Reading
 from plica.report.wording import number
 from plica.sound.far_field import FarField, equidistant
 from plica.sound.voice import Sound, reference_pressure, sound
 from plica.sound.wave_file import faded
 
-__all__ = ["Player", "SoundReading", "read_sound"]
+__all__ = ["SoundReading", "Spectrum", "read_sound"]
 
 _LISTENED = 24000  # Hz, of the sound in the page
 _SECONDS = 6.0  # of it, at most: half a megabyte
@@ -28,21 +28,6 @@ _SHOWN = 5000.0  # Hz, of spectra
 _RANGE = 90.0  # dB
 _FINEST, _BROADEST = 0.025, 0.125  # s, and of the sound: length of a spectrogram's window
 _COLUMNS = 300  # of a spectrogram, at most
-
-
-@dataclass(frozen=True)
-class Player:
-    """A sound in the page.
-
-    Attributes
-    ----------
-    uri : str
-        The WAV file, as a data URI.
-    caption : str
-    """
-
-    uri: str
-    caption: str
 
 
 @dataclass(frozen=True)
@@ -62,20 +47,34 @@ class SoundReading:
     @cached_property
     def player(self) -> Player:
         """The sound, or the last seconds of it, at 24 kHz."""
+        return self.player_at()
+
+    def player_at(self, full_scale: float | None = None, before: str = "") -> Player:
+        """The player of a full scale (Pa), by default just above the sound; `before` begins its caption."""
         most = round(_SECONDS * self.heard.rate)
         kept = self.heard.pressure[-most:]
         if kept.size < self.heard.pressure.size:
             kept = faded(kept, self.heard.rate)
         part = replace(self.heard, field=replace(self.field, pressure=kept))
-        content, scale = part.wav(kind="16")
+        content, scale = part.wav(full_scale, kind="16")
         seconds = kept.size / self.heard.rate
         shown = "" if kept.size == self.heard.pressure.size else f"The last {seconds:.3g} s. "
         caption = (
-            f"{shown}Radiated by {self.field.source}; {self.field.distance:g} m away, up to "
+            f"{before}{shown}Radiated by {self.field.source}; {self.field.distance:g} m away, up to "
             f"{number(1e-3 * self.field.band, 3)} kHz, full scale {scale:g} Pa. plica sound writes it "
             "as a file, with noise of the jet if asked."
         )
-        return Player(f"data:audio/wav;base64,{base64.b64encode(content).decode()}", caption)
+        return player(content, caption)
+
+    @property
+    def highest(self) -> float:
+        """Hz, up to which spectra are shown."""
+        return min(_SHOWN, self.field.band)
+
+    def pressure_spectrum(self, shown: float) -> Spectrum:
+        """That of the sound pressure up to a frequency (Hz), in dB of 20 uPa."""
+        field = self.field
+        return Spectrum.of(field.time, field.pressure, self.cycles, shown, reference_pressure)
 
     @property
     def drawings(self) -> list[Drawing]:
@@ -83,9 +82,9 @@ class SoundReading:
         return [self._spectra(), self._spectrogram()]
 
     def _spectra(self) -> Drawing:
-        shown = min(_SHOWN, self.field.band)
-        flow = _Spectrum.of(self.time, self.flow, self.cycles, shown, None)
-        pressure = _Spectrum.of(self.field.time, self.field.pressure, self.cycles, shown, reference_pressure)
+        shown = self.highest
+        flow = Spectrum.of(self.time, self.flow, self.cycles, shown, None)
+        pressure = self.pressure_spectrum(shown)
 
         def paint(figure: Figure) -> None:
             top, bottom = figure.subplots(2, 1, sharex=True)
@@ -112,7 +111,7 @@ class SoundReading:
 
     def _spectrogram(self) -> Drawing:
         window, time, level = _spectrogram(self.field)
-        shown = min(_SHOWN, self.field.band)
+        shown = self.highest
         highest = float(level.max())
 
         def paint(figure: Figure) -> None:
@@ -151,7 +150,7 @@ def read_sound(reading: Reading) -> SoundReading | None:
 
 
 @dataclass(frozen=True)
-class _Spectrum:
+class Spectrum:
     """Amplitudes (dB) at frequencies (Hz), and those of the harmonics."""
 
     frequency: Floats
@@ -161,7 +160,7 @@ class _Spectrum:
     @classmethod
     def of(
         cls, time: Floats, signal: Floats, cycles: Cycles, shown: float, reference: float | None
-    ) -> _Spectrum:
+    ) -> Spectrum:
         """Of a signal over its cycles, up to a frequency; in dB of a reference, or of the largest."""
         part = signal[cycles.extent(time)]
         window = np.hanning(part.size + 2)[1:-1]

@@ -445,3 +445,18 @@ def test_the_strain_of_the_engine_is_that_of_its_displacement() -> None:
     assert waves["inverted_tissue"][-1] == np.sum(
         _engine.signed_volumes(np.asarray(mesh.points) + np.asarray(simulation.displacement), corners) <= 0
     )
+
+
+def test_a_run_that_ends_before_fields_are_stored_is_doubted() -> None:
+    begun = 'output.every = "0.5 ms"\noutput.start = "{}"'
+    (caution,) = said_of(begun.format("20 ms"))
+    assert caution.name == "duration"
+    assert caution.seen == (
+        "time.duration = 0.01 s. output.start = 0.02 s; the run ends before that, and no field is stored."
+    )
+    assert said_of(begun.format("10 ms")) == []  # that of the last step is stored
+    assert said_of('output.start = "20 ms"') == []  # none was asked for
+    (both,) = said_of(begun.format("20 ms") + '\nairflow.rise = "30 ms"')
+    assert both.seen.count("ends before that") == 2
+    (without,) = said_of(begun.format("20 ms") + "\nwithout airflow")
+    assert without == caution

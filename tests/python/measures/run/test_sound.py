@@ -129,7 +129,10 @@ def test_what_has_no_sound_says_why_at_every_measure(flow: np.ndarray, why: str)
     found = radiated(flow, 50e-6, cycles)
     whole = radiated(sine(50e-6), 50e-6, cycles)
     assert found.keys() == whole.keys()
-    assert all(item.value is None and why in item.note for item in found.values())
+    for name, item in found.items():
+        assert item.value is None
+        of_flow = name.startswith(("flow_", "maximum_", "normalised_"))
+        assert why in item.note or (of_flow and item.note == "too short")
 
 
 def test_a_constant_flow_and_an_onset_before_the_cycles_change_nothing() -> None:
@@ -232,3 +235,32 @@ def test_sampled_corners_are_within_what_the_notes_say(step: float) -> None:
         two = [one["sound_cepstral_peak_prominence"].value or 0.0 for one in (found, fine)]
         peaks.append(two[1] - two[0])
     assert max(peaks) < (6.0 if step == 50e-6 else 10.0)
+
+
+def test_the_slopes_of_the_flow_are_known_where_its_sound_is_not() -> None:
+    step, cycles = 50e-6, cycles_of(_F, 12)
+    flow = sine(step)
+    heard = radiated(flow, step, cycles)
+    lips = np.full(flow.size, np.nan)
+    for waves in ({"lip_flow": lips}, {"lip_flow": np.zeros(flow.size)}):
+        found = radiated(flow, step, cycles, **waves)
+        assert found["sound_pressure_level"].value is None
+        for name in ("maximum_flow_declination_rate", "normalised_amplitude_quotient", "flow_h1_h2"):
+            assert found[name] == heard[name]
+    assert heard["maximum_flow_declination_rate"].value == pytest.approx(2 * np.pi * _F * 1e-4, rel=1e-3)
+    flow[7] = np.nan
+    broken = radiated(flow, step, cycles)["maximum_flow_declination_rate"]
+    assert broken.value is None
+    assert broken.note == "the flow is no finite number in 1 steps"
+
+
+def test_an_end_that_reflects_is_doubted() -> None:
+    step, cycles = 50e-6, cycles_of(_F, 12)
+    time = step * np.arange(1, 2401)
+    waves = {"flow": sine(step), "lip_flow": sine(step)}
+    scene = _SCENE + "[tract.end.reflecting]\nreflection = 0\n"
+    for text, doubted in ((scene, True), (_SCENE + '[tract]\nend = "reflecting"\n', True), (_SCENE, False)):
+        found = {item.name: item for item in radiation_measures(time, waves, text, cycles, _PRESSURE)}
+        level = found["sound_pressure_level"]
+        assert any("tract.end reflects" in caution for caution in level.cautions) == doubted
+        assert ("as if it left into a room" in level.note) == doubted
