@@ -185,13 +185,14 @@ def _thinned(ring: Floats, least: float) -> Floats:
 @dataclass(frozen=True)
 class Quarter:
     """What a mesh is made of: the shape, the gap between both folds (mm), the edge at the glottis (mm), the
-    number of cells along half the length, and the thickness of a cover (mm), if there is one."""
+    number of cells along half the length, the thickness of a cover (mm), if there is one, and the length."""
 
     shape: M5
     gap: float = 0.1
     edge: float = 1.2
     along: int = 4
     cover: float | None = None
+    length: float = LENGTH
 
 
 def write_quarter(quarter: Quarter, path: Path) -> Path:
@@ -201,7 +202,7 @@ def write_quarter(quarter: Quarter, path: Path) -> Path:
     """
     nodes, triangles, covered, airway = section_mesh(quarter.shape, quarter.edge, quarter.cover)
     section = nodes * (-1, 1) + (quarter.gap / 2 + DEPTH, 0)
-    levels = np.linspace(0, LENGTH / 2, quarter.along + 1)
+    levels = np.linspace(0, quarter.length / 2, quarter.along + 1)
     points, cells = extruded(section, triangles, levels)
     wall = np.flatnonzero(nodes[:, 0] < 1e-9)
     wall = wall[np.argsort(nodes[wall, 1])]
@@ -231,7 +232,7 @@ def write_labelled(
 
 
 def scene(
-    path: Path, body: plica.Tissue, cover: plica.Tissue | None = None, mirror: str = "quarter"
+    path: Path, body: plica.Tissue, cover: plica.Tissue | None = None, mirror: str = "quarter", order: int = 2
 ) -> plica.Scene:
     """A scene of a mesh of `write_quarter`, whose airflow's pressure is found by `plica.onset`."""
     tissue = {"body": body} if cover is None else {"body": body, "cover": cover}
@@ -239,7 +240,7 @@ def scene(
         file=path,
         unit="mm",
         mirror=mirror,
-        order=2,
+        order=order,
         layers={name: name for name in tissue},
         surfaces={name: name for name in ("airway", "wall", "front")},
     )
