@@ -1,4 +1,4 @@
-"""What modeFold 1.3 (github.com/yossie333/modeFold_v1.3, MIT) has in its folder, as a scene of Plica.
+"""What modeFold 1.3 (github.com/yossie333/modeFold_v1.3, MIT) has in its folder, and runs of its program.
 
 The folder is read where it is; nothing of it is kept. Its mesh is one fold of silicone in mm: x from the wall
 to the midplane, y along the fold, z up, prisms between twenty sections.
@@ -6,6 +6,10 @@ to the midplane, y along the fold, z up, prisms between twenty sections.
 
 from __future__ import annotations
 
+import shutil
+import subprocess
+import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +20,7 @@ from numpy.typing import NDArray
 from benchmarks.validation.extrusion import extruded, extruded_edges
 from benchmarks.validation.m5 import write_labelled
 
-__all__ = ["Fold", "read_fold", "read_frequencies", "read_parameters", "write_fold"]
+__all__ = ["Fold", "Voice", "read_fold", "read_frequencies", "read_parameters", "voice", "write_fold"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -87,13 +91,13 @@ def read_parameters(folder: Path) -> dict[str, list[str]]:
 
 
 def write_fold(fold: Fold, path: Path, gap: float, quarter: bool = False) -> Path:
-    """The right fold of two that are a gap (mm) apart where they are nearest, or the front half of it, cut
-    through the middle of its central layer; the flat top is no airway."""
+    """The right fold of two that are a gap (mm) apart where they are nearest; the flat top is no airway. Or
+    the front half of it, cut through the middle of its central layer, with every second section."""
     depth = fold.section[:, 0].max()
     section = np.stack((depth + gap / 2 - fold.section[:, 0], fold.section[:, 1]), axis=1)
     levels = fold.levels - fold.levels.mean()
     if quarter:
-        levels = np.concatenate(([0.0], levels[levels > 0]))
+        levels = np.concatenate(([0.0], levels[levels > 0][1::2]))
     points, cells = extruded(section, fold.triangles, levels)
     n, count = len(section), len(levels)
     top = fold.section[:, 1].max()
@@ -107,3 +111,43 @@ def write_fold(fold: Fold, path: Path, gap: float, quarter: bool = False) -> Pat
     }
     write_labelled(path, points, cells, np.ones(len(cells), dtype=np.int64), surfaces)
     return path
+
+
+@dataclass(frozen=True)
+class Voice:
+    """A run of modeFold's own program."""
+
+    time: Floats
+    """s"""
+    area: Floats
+    """mm^2, the least one"""
+    flow: Floats
+    """cm^3/s; of incompressible flow not in any unit that its program states"""
+    seconds: float
+    """Of the program."""
+
+
+def voice(folder: Path, changes: dict[str, str], keep_frames: bool = False) -> Voice | None:
+    """Run the program `modeFold` of the folder, built there, on its input with the value below some comments
+    changed; None where it is not built. Frames for ParaView are left out unless wanted."""
+    program = folder / "modeFold"
+    if not program.is_file():
+        return None
+    with tempfile.TemporaryDirectory() as work:
+        shutil.copytree(folder / "input", Path(work) / "input")
+        (Path(work) / "result").mkdir()
+        parameters = Path(work) / "input" / "param.txt"
+        lines = parameters.read_text(encoding="utf-8").splitlines()
+        steps = read_parameters(folder)["number of step"][0]
+        if not keep_frames:
+            changes = {"output interval steps": changes.get("number of step", steps)} | changes
+        for k, line in enumerate(lines):
+            for comment, value in changes.items():
+                if line.startswith(f"# {comment}"):
+                    lines[k + 1] = value
+        parameters.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        begin = time.perf_counter()
+        subprocess.run([program.resolve()], cwd=work, check=True, capture_output=True)
+        seconds = time.perf_counter() - begin
+        table = np.loadtxt(Path(work) / "result" / "flowrate.txt")
+    return Voice(table[:, 0], table[:, 1], 1e6 * table[:, 2], seconds)
