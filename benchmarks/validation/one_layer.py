@@ -1,6 +1,6 @@
 """Onset of one-layer M5 silicone folds, as a distribution, beside Thomson, Mongeau and Frankel (2005).
 
-    python -m benchmarks.validation.one_layer                 both shapes, 40 minutes on two busy cores
+    python -m benchmarks.validation.one_layer                 both shapes, 25 minutes on two busy cores
     python -m benchmarks.validation.one_layer --draws 3       quicker
 
 Published: E = 13.7 kPa, onset at 1.2 kPa and 120 Hz (J. Acoust. Soc. Am. 118, 1689). Drawn: E within 20 % of
@@ -27,7 +27,7 @@ COLUMNS = [
     "phonate to 3 kPa",
     "onset (kPa): median (range)",
     "f0 (Hz): median (range)",
-    "folds touch before",
+    "the equilibrium ends before",
 ]
 TUBES = (0.0, 0.17, 0.5, 0.7, 1.1)
 SEPARATIONS, ZETAS = (1.05, 1.2, 1.3), (0.03, 0.06)
@@ -61,6 +61,6 @@ def rows(options: Any) -> Iterator[list[object]]:
 
 if __name__ == "__main__":
     parser = script_parser(__doc__)
-    parser.add_argument("--draws", type=int, default=10, metavar="N", help="in each row")
+    parser.add_argument("--draws", type=int, default=6, metavar="N", help="in each row")
     parser.add_argument("--processes", type=int, default=2, metavar="N")
     record("one_layer", COLUMNS, rows(parser.parse_args()))

@@ -23,7 +23,7 @@ __all__ = ["INLET", "Case", "Found", "find", "in_processes", "spread", "summed"]
 
 INLET = 2.86e-4  # m^2: 17 mm by 16.8 mm, what the folds are between at the wall; the area of all tubes
 REACH = 3000.0  # Pa, up to which an onset is looked for
-SECTIONS, MODES = 100, 40
+SECTIONS, MODES = 60, 40
 
 
 @dataclass(frozen=True)
@@ -58,13 +58,16 @@ class Found:
     pressure: float | None
     frequency: float | None
     reached: float
-    end: str
+    end: str = ""
+    at_most: bool = False
+    """An oscillation grows at the lowest pressure already."""
 
     @property
     def text(self) -> str:
         if self.pressure is not None:
-            return f"{self.pressure / 1e3:.2f} kPa, {self.frequency:.0f} Hz"
-        return f"none to {self.reached / 1e3:.2g} kPa" + (", where folds touch" if self.end else "")
+            least = "at most " if self.at_most else ""
+            return f"{least}{self.pressure / 1e3:.2f} kPa, {self.frequency:.0f} Hz"
+        return f"none to {self.reached / 1e3:.2g} kPa" + (f" ({self.end})" if self.end else "")
 
 
 def scene(case: Case, folder: Path) -> plica.Scene:
@@ -90,10 +93,16 @@ def find(case: Case) -> Found:
     """Its onset up to its reach."""
     with tempfile.TemporaryDirectory() as folder:
         found = plica.onset(scene(case, Path(folder)), stop=case.reach, modes=case.modes, zeta=case.zeta)
-    first, reached = found.first, float(found.pressure[-1])
-    if first is None:
-        return Found(None, None, reached, found.end)
-    return Found(first.pressure, first.frequency, reached, found.end)
+    lowest, reached = found.least_stable[0], float(found.pressure[-1])
+    onset = np.inf if found.first is None else found.first.pressure
+    left = found.pressure[(found.fastest > 0) & (found.pressure <= onset)]
+    if lowest.real > 0:
+        return Found(float(found.pressure[0]), float(lowest.imag) / (2 * np.pi), reached, at_most=True)
+    if len(left):
+        return Found(None, None, float(left[0]), "the equilibrium is left without oscillation")
+    if found.first is None:
+        return Found(None, None, reached, "folds touch beyond" if "touch" in found.end else found.end)
+    return Found(found.first.pressure, found.first.frequency, reached)
 
 
 def in_processes(

@@ -1,0 +1,170 @@
+"""modeFold's silicone larynx: its own program beside Plica, below and above the onset of phonation.
+
+    python -m benchmarks.validation.modefold_voice --modefold DIR            10 minutes
+
+DIR is a clone of github.com/yossie333/modeFold_v1.3 in which its program, `modeFold`, has been built; nothing
+of it is kept, and without it nothing is done. Its param.txt gives pressures, tubes, air and the damping
+ratio; E / density is that of the record `modefold_modes`, fitted on its first six modes, with nu = 0.45. Its
+folds touch at rest; Plica's are 0.1 mm apart, as small oscillations are about folds that do not touch.
+
+Its program gives every node the same mass. Nodes are dense where the fold moves most, so that its modes are
+heavier than those of the fold (last row), and pressure moves them less. "Heavy" are folds of 2.2 times the
+density and E, with modes of the same frequency. Record: `modefold_voice`.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import plica
+from benchmarks.harness.study import record, script_parser
+from benchmarks.validation import m5
+from benchmarks.validation.modefold_files import Fold, Voice, read_fold, read_parameters, voice, write_fold
+from benchmarks.validation.modefold_modes import density
+
+STIFFNESS, NU = 6.33, 0.45  # m^2/s^2, -: of the record modefold_modes
+PRESSURES = (300, 600, 700, 800, 1000, 1400, 1800)  # Pa
+STEPS = 30000  # of modeFold: 0.3 s
+SECTIONS, MODES, GAP = 100, 40, 0.1  # -, -, mm
+HEAVY = 2.2  # of modes 1 and 2: what the same mass at every node makes of a modal mass, last row
+Floats = NDArray[np.float64]
+
+
+def scene(folder: Path, path: Path, heavy: float = 1.0) -> plica.Scene:
+    """The larynx without tubes, its mesh written to the path, heavier and stiffer by a factor."""
+    said = read_parameters(folder)
+    weight = heavy * density(folder)
+    write_fold(read_fold(folder), path, GAP, quarter=True)
+    return m5.scene(path, plica.Tissue(E=STIFFNESS * weight, nu=NU, density=weight)).replace(
+        {
+            "airflow.subglottal_pressure": float(said["subglottal pressure Ps"][0]),
+            "airflow.air_density": float(said["air density"][0]),
+            "airflow.sound_speed": float(said["speed of sound c0"][0].replace("d", "e")),
+            "airflow.area": {"cut": {"sections": SECTIONS}},
+        }
+    )
+
+
+def tubes(folder: Path) -> dict[str, Any]:
+    """Those of param.txt: rigid, the pressure behind the chamber at the inlet, lips that are open."""
+    said = read_parameters(folder)
+    length, area = (1e-2 * float(said["vocal tract length"][0]), 1e-4 * float(said["vocal tract length"][1]))
+    below = [said["subglottal length"], said["inlet chamber length"]]
+    return {
+        "trachea": {
+            "sections": {
+                "length": [1e-2 * float(part[0]) for part in below],
+                "area": [1e-4 * float(part[1]) for part in below],
+            }
+        },
+        "tract": {"uniform": {"length": length, "area": area}, "wall": "rigid"},
+    }
+
+
+def described(found: Voice) -> str:
+    """Whether it goes on, its frequency, and the least area's range in the last third."""
+    third = len(found.area) // 3
+    before, last = found.area[third : 2 * third], found.area[-third:]
+    swing = np.ptp(last) / np.ptp(before)
+    rising = np.flatnonzero((last[:-1] < last.mean()) & (last[1:] >= last.mean()))
+    hertz = (
+        (len(rising) - 1) / (found.time[rising[-1]] - found.time[rising[0]]) if len(rising) > 2 else np.nan
+    )
+    state = "goes on" if swing > 0.95 else "dies away"
+    return f"{state}, {hertz:.1f} Hz, {last.min():.1f} to {last.max():.1f} mm^2"
+
+
+def mass_of_nodes(fold: Fold) -> Floats:
+    """(k) modal mass with the same mass at every node, as its program has it, over that by volume."""
+    corners = fold.section[fold.triangles]
+    areas = 0.5 * np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
+    share = np.zeros(len(fold.section))
+    np.add.at(share, fold.triangles, areas[:, None] / 3)
+    along = np.gradient(fold.levels)
+    along[[0, -1]] *= 0.5
+    weight = along[:, None] * share
+    squares = (fold.modes**2).sum(axis=3)
+    return np.asarray(squares.mean(axis=(1, 2)) / ((squares * weight).sum(axis=(1, 2)) / weight.sum()))
+
+
+def curve(made: plica.Scene, zeta: float) -> tuple[list[str], str]:
+    """The least stable oscillation at each pressure and the onset, as they are read."""
+    found = plica.onset(made, start=100.0, stop=float(PRESSURES[-1]), modes=MODES, zeta=zeta)
+    cells = []
+    for pressure in PRESSURES:
+        if pressure > found.pressure[-1] + 1:
+            cells.append("-")
+            continue
+        k = int(np.abs(found.pressure - pressure).argmin())
+        pair = found.least_stable[k]
+        cells.append(
+            f"{pair.imag / (2 * np.pi):.1f} Hz, {pair.real:+.0f} 1/s, {1e6 * found.area[k]:.1f} mm^2"
+        )
+    first = found.first
+    onset = (
+        f"none to {found.pressure[-1]:.0f} Pa"
+        if first is None
+        else f"{first.pressure:.0f} Pa, {first.frequency:.1f} Hz"
+    )
+    return cells, onset + (": folds touch beyond" if found.end else "")
+
+
+def rows(folder: Path) -> Iterator[list[object]]:
+    zeta = float(read_parameters(folder)["damping coefficient zeta"][0])
+    slit = {"viscous_slit": {"separation_ratio": 1.2}}
+    kinds: list[tuple[float, object, bool]] = [
+        (1.0, "bernoulli", False),
+        (HEAVY, "bernoulli", False),
+        (HEAVY, "bernoulli", True),
+        (HEAVY, slit, True),
+        (1.0, slit, True),
+    ]
+    columns = []
+    with tempfile.TemporaryDirectory() as work:
+        for heavy, model, between in kinds:
+            made = scene(folder, Path(work) / "fold.msh", heavy).replace({"airflow.model": model})
+            columns.append(curve(made.replace(tubes(folder)) if between else made, zeta))
+    found = {}
+    for pressure in PRESSURES:
+        said = {"subglottal pressure": str(pressure), "number of step": str(STEPS)}
+        pair = [voice(folder, said | {"switch for 1D": kind}) for kind in ("0", "1")]
+        if pair[0] is None or pair[1] is None:
+            raise SystemExit(f"{folder}: has no program modeFold; must be built there, by its Makefile.")
+        found[pressure] = [described(one) for one in pair if one is not None]
+    for k, pressure in enumerate(PRESSURES):
+        alone, coupled = found[pressure]
+        here = [cells[k] for cells, _ in columns]
+        yield [f"{pressure} Pa", alone, *here[:2], coupled, *here[2:]]
+    here = [onset for _, onset in columns]
+    going = [p for p in PRESSURES if found[p][1].startswith("goes on")]
+    least = f"goes on from {going[0]} Pa" if going else f"dies away to {PRESSURES[-1]} Pa"
+    yield ["onset", "-", *here[:2], least, *here[2:]]
+    masses = mass_of_nodes(read_fold(folder))
+    said_masses = f"{masses.min():.2f} to {masses.max():.2f}"
+    yield ["modal mass by nodes over that by volume", said_masses, "-", "-", said_masses, "-", "-", "-"]
+
+
+if __name__ == "__main__":
+    parser = script_parser(__doc__)
+    parser.add_argument("--modefold", type=Path, metavar="DIR", required=True)
+    chosen = parser.parse_args().modefold
+    record(
+        "modefold_voice",
+        [
+            "subglottal pressure",
+            "modeFold, incompressible",
+            "Plica, Bernoulli, no tubes",
+            "the same, heavy",
+            "modeFold, compressible, tubes",
+            "Plica, Bernoulli, tubes, heavy",
+            "Plica, slit, tubes, heavy",
+            "Plica, slit, tubes",
+        ],
+        rows(chosen),
+    )
