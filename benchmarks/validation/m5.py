@@ -201,7 +201,7 @@ def write_quarter(quarter: Quarter, path: Path) -> Path:
     The flat top is no part of `airway`: it has many x at one height, and no pressure without a tract.
     """
     nodes, triangles, covered, airway = section_mesh(quarter.shape, quarter.edge, quarter.cover)
-    section = nodes * (-1, 1) + (quarter.gap / 2 + DEPTH, 0)
+    section = nodes * (-1, 1) + (quarter.gap / 2 + nodes[:, 0].max(), 0)
     levels = np.linspace(0, quarter.length / 2, quarter.along + 1)
     points, cells = extruded(section, triangles, levels)
     wall = np.flatnonzero(nodes[:, 0] < 1e-9)

@@ -30,6 +30,7 @@ from plica import _engine
 COLUMNS = ["what", "published", "Plica, separation ratio 1.2", "1.3"]
 STRAIGHT, ALONG, AIR, VISCOSITY = 3.0, 12.0, 1.2, 1.8e-5
 WATER = 98.07  # Pa
+EDGE = 0.3  # mm
 PRESSURES = (3, 5, 10, 15)  # cmH2O
 ANGLES = (5, 10, 20, 40)  # degrees between both folds
 RATIOS = (1.2, 1.3)
@@ -56,7 +57,7 @@ def _built(diameter: float, angle: float) -> tuple[plica.Scene, _engine.TetMesh,
     """The scene, its mesh, and the height (m) at which the straight part begins."""
     shape = m5.M5.static(STRAIGHT, np.radians(angle))
     with tempfile.TemporaryDirectory() as folder:
-        quarter = m5.Quarter(shape, diameter, edge=0.3, along=1, length=ALONG)
+        quarter = m5.Quarter(shape, diameter, edge=EDGE, along=1, length=ALONG)
         path = m5.write_quarter(quarter, Path(folder) / "rigid.msh")
         scene = m5.scene(path, plica.Tissue(E="1 GPa", nu=0.3), order=1)
         scene = scene.replace({"symmetry": None, "airflow.air_density": AIR})
