@@ -44,6 +44,8 @@ class Case:
     """m, 0: none"""
     tract: float = 0.0
     """m"""
+    area: float = INLET
+    """m^2, of both"""
     edge: float = 1.2
     along: int = 4
     sections: int = SECTIONS
@@ -83,9 +85,9 @@ def scene(case: Case, folder: Path) -> plica.Scene:
         "airflow.model": {"viscous_slit": {"separation_ratio": case.separation}},
     }
     if case.trachea:
-        changes["trachea"] = {"uniform": {"length": case.trachea, "area": INLET}}
+        changes["trachea"] = {"uniform": {"length": case.trachea, "area": case.area}}
     if case.tract:
-        changes["tract"] = {"uniform": {"length": case.tract, "area": INLET}, "wall": "rigid"}
+        changes["tract"] = {"uniform": {"length": case.tract, "area": case.area}, "wall": "rigid"}
     return m5.scene(path, body, cover).replace(changes)
 
 

@@ -36,6 +36,7 @@ TRENDS: list[tuple[str, str, list[Case]]] = [
     ("zeta 0.03, 0.06, 0.12", "rises", [replace(BASE, zeta=z) for z in (0.03, 0.06, 0.12)]),
     ("separation ratio 1.05, 1.2, 1.3", "-", [replace(BASE, separation=s) for s in (1.05, 1.2, 1.3)]),
     ("Poisson's ratio 0.4, 0.45, 0.49", "-", [replace(BASE, nu=nu) for nu in (0.4, 0.45, 0.49)]),
+    ("area of the tube 1, 2.86, 5 cm^2", "-", [replace(BASE, area=a) for a in (1e-4, 2.86e-4, 5e-4)]),
     ("cover 3, 6, 13.7 kPa on a body of 13.7", "rises", [replace(BASE, cover=c) for c in (3e3, 6e3, 13.7e3)]),
     ("cast shape instead of static", "-", [BASE, replace(BASE, shape="cast")]),
     (
