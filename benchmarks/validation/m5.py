@@ -170,7 +170,7 @@ def _distance(points: Floats, outline: Floats) -> Floats:
     start, along = outline[:-1], np.diff(outline, axis=0)
     away = points[:, None, :] - start
     at = np.clip((away * along).sum(axis=2) / (along**2).sum(axis=1), 0, 1)
-    return np.linalg.norm(away - at[:, :, None] * along, axis=2).min(axis=1)
+    return np.asarray(np.linalg.norm(away - at[:, :, None] * along, axis=2).min(axis=1))
 
 
 def _thinned(ring: Floats, least: float) -> Floats:

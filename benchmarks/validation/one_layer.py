@@ -18,7 +18,7 @@ from typing import Any
 from scipy.stats import qmc
 
 from benchmarks.harness.study import record, script_parser
-from benchmarks.validation.onsets import Case, in_processes, summed
+from benchmarks.validation.onsets import Case, find, in_processes, summed
 
 COLUMNS = [
     "shape",
@@ -55,7 +55,7 @@ def rows(options: Any) -> Iterator[list[object]]:
     for shape in ("cast", "static"):
         for k, trachea in enumerate(TUBES):
             cases = draws(shape, trachea, options.draws, seed=k)
-            found = [one for _, one in in_processes(cases, options.processes)]
+            found = [one for _, one in in_processes(cases, options.processes, find)]
             yield [shape, f"{trachea:g}" if trachea else "none", *summed(found)]
 
 

@@ -13,17 +13,19 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 import plica
 from benchmarks.validation import m5
 
-__all__ = ["INLET", "Case", "Found", "find", "in_processes", "spread", "summed"]
+__all__ = ["INLET", "Case", "Found", "find", "grow", "in_processes", "spread", "summed"]
 
 INLET = 2.86e-4  # m^2: 17 mm by 16.8 mm, what the folds are between at the wall; the area of all tubes
 REACH = 3000.0  # Pa, up to which an onset is looked for
 SECTIONS, MODES = 60, 40
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -107,9 +109,16 @@ def find(case: Case) -> Found:
     return Found(found.first.pressure, found.first.frequency, reached)
 
 
+def grow(case: Case) -> tuple[float, float]:
+    """Growth (1/s) and frequency (Hz) of its least stable oscillation under the pressure `reach`."""
+    with tempfile.TemporaryDirectory() as folder:
+        pair = plica.growth(scene(case, Path(folder)), case.reach, modes=case.modes, zeta=case.zeta)[0]
+    return float(pair.real), float(pair.imag) / (2 * np.pi)
+
+
 def in_processes(
-    cases: Sequence[Case], processes: int, work: Callable[[Case], Found] = find
-) -> Iterator[tuple[Case, Found]]:
+    cases: Sequence[Case], processes: int, work: Callable[[Case], T]
+) -> Iterator[tuple[Case, T]]:
     """Each case with what is found, in the order of the cases."""
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ[name] = "1"

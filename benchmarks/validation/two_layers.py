@@ -1,7 +1,7 @@
 """Onset of two-layer M5 folds, and trends that experiments and theory agree on.
 
-    python -m benchmarks.validation.two_layers             10 minutes on two busy cores: record `two_layers`
-    python -m benchmarks.validation.two_layers --trends    10 minutes: record `onset_trends`
+    python -m benchmarks.validation.two_layers             8 minutes on two busy cores: record `two_layers`
+    python -m benchmarks.validation.two_layers --trends    15 minutes: record `onset_trends`
 
 Two layers: a cover of 2 mm on a body, whose moduli are guesses of what such models have; a Latin hypercube of
 gap, separation ratio and damping ratio as in one_layer.py. Trends: one change at a time in the static shape
@@ -17,7 +17,7 @@ from typing import Any
 
 from benchmarks.harness.study import record, script_parser
 from benchmarks.validation.one_layer import draws
-from benchmarks.validation.onsets import Case, in_processes, summed
+from benchmarks.validation.onsets import Case, find, in_processes, summed
 
 LAYERS = ((20e3, 5e3), (12e3, 3e3), (40e3, 3e3))  # Pa, of body and cover
 COLUMNS = [
@@ -54,19 +54,19 @@ def layers(options: Any) -> Iterator[list[object]]:
                 replace(case, E=body, cover=cover)
                 for case in draws("cast", trachea, options.draws, seed=10 + k)
             ]
-            found = [one for _, one in in_processes(cases, options.processes)]
+            found = [one for _, one in in_processes(cases, options.processes, find)]
             yield [f"{body / 1e3:g} / {cover / 1e3:g}", f"{trachea:g}" if trachea else "none", *summed(found)]
 
 
 def trends(options: Any) -> Iterator[list[object]]:
     for what, expected, cases in TRENDS:
-        found = [one.text for _, one in in_processes(cases, options.processes)]
+        found = [one.text for _, one in in_processes(cases, options.processes, find)]
         yield [what, expected, "; ".join(found)]
 
 
 if __name__ == "__main__":
     parser = script_parser(__doc__)
-    parser.add_argument("--draws", type=int, default=4, metavar="N", help="in each row")
+    parser.add_argument("--draws", type=int, default=3, metavar="N", help="in each row")
     parser.add_argument("--processes", type=int, default=2, metavar="N")
     parser.add_argument("--trends", action="store_true")
     chosen = parser.parse_args()
