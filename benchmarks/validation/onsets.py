@@ -110,9 +110,14 @@ def find(case: Case) -> Found:
 
 
 def grow(case: Case) -> tuple[float, float]:
-    """Growth (1/s) and frequency (Hz) of its least stable oscillation under the pressure `reach`."""
+    """Growth (1/s) and frequency (Hz) of its least stable oscillation under the pressure `reach`; nan where
+    there is no equilibrium, or it is left without oscillation."""
     with tempfile.TemporaryDirectory() as folder:
-        pair = plica.growth(scene(case, Path(folder)), case.reach, modes=case.modes, zeta=case.zeta)[0]
+        made = scene(case, Path(folder))
+        try:
+            pair = plica.growth(made, case.reach, modes=case.modes, zeta=case.zeta)[0]
+        except plica.SolveFailed:
+            return np.nan, np.nan
     return float(pair.real), float(pair.imag) / (2 * np.pi)
 
 

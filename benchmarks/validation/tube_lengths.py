@@ -5,8 +5,8 @@
 Published: f0 jumps onto a resonance of the tube and stays with it where that lies just below the mechanical
 frequency of silicone folds (Naeger et al., Bioengineering 10, 1343, 2023; Kraxberger et al., Bioengineering
 10, 1369, 2023, for tracts). Here: the least stable oscillation at 1 kPa, where the folds stand alike whatever
-the tube; 13.7 kPa, a gap of 0.2 mm, zeta 0.06, rigid tubes of 2.86 cm^2, open into a constant pressure, so that
-the first resonances are c / 4 L and 3 c / 4 L. Record: `tube_lengths`.
+the tube; 13.7 kPa, a gap of 0.2 mm, zeta 0.06, rigid tubes of 2.86 cm^2, open into a constant pressure, so
+that the first resonances are c / 4 L and 3 c / 4 L. Record: `tube_lengths`.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from benchmarks.harness.study import record, script_parser
 from benchmarks.validation.onsets import Case, grow, in_processes
@@ -36,7 +38,10 @@ def rows(options: Any) -> Iterator[list[object]]:
                 kind if length else "none",
                 f"{length:g}" if length else "-",
                 f"{quarter:.0f}, {3 * quarter:.0f}" if length else "-",
-                *(f"{hertz:.0f} Hz, {growth:+.0f} 1/s" for growth, hertz in found),
+                *(
+                    "none" if np.isnan(hertz) else f"{hertz:.0f} Hz, {growth:+.0f} 1/s"
+                    for growth, hertz in found
+                ),
             ]
 
 
