@@ -1,6 +1,7 @@
 """modeFold's silicone larynx: its own program beside Plica, below and above the onset of phonation.
 
-    python -m benchmarks.validation.modefold_voice --modefold DIR            10 minutes
+    python -m benchmarks.validation.modefold_voice --modefold DIR               15 minutes on a busy machine
+    python -m benchmarks.validation.modefold_voice --modefold DIR --inertance   7 minutes: `modefold_inertance`
 
 DIR is a clone of github.com/yossie333/modeFold_v1.3 in which its program, `modeFold`, has been built; nothing
 of it is kept, and without it nothing is done. Its param.txt gives pressures, tubes, air and the damping
@@ -11,6 +12,10 @@ are about folds that do not touch. Its state after 0.2 s of a run from rest is j
 Its program gives every node the same mass. Nodes are dense where the fold moves most, so that its modes are
 heavier than those of the fold (last row), and pressure moves them less. "Heavy" are folds of 2.2 times the
 density and E, with modes of the same frequency. Record: `modefold_voice`.
+
+Its flow also has the inertance of the air in the glottis, rho l / 2 A with the height l of the fold and the
+least area A; Plica's is quasi-steady. --inertance puts it at the entrance of Plica's tract, as a short tube of
+that area without friction, to see what it is worth.
 """
 
 from __future__ import annotations
@@ -32,6 +37,7 @@ from benchmarks.validation.modefold_modes import density
 STIFFNESS, NU = 6.33, 0.45  # m^2/s^2, -
 PRESSURES = (300, 600, 700, 800, 1000, 1400, 1800)  # Pa
 ALONE = (600, 1800)  # Pa, of the incompressible flow
+WITH_INERTANCE = (1000.0, 1800.0)  # Pa
 STEPS = 20000  # of modeFold: 0.2 s
 SECTIONS, MODES, GAP = 100, 40, 0.1  # -, -, mm
 HEAVY = 2.2  # of modes 1 and 2: what the same mass at every node makes of a modal mass, last row
@@ -162,10 +168,39 @@ def rows(folder: Path) -> Iterator[list[object]]:
     yield ["modal mass by nodes over that by volume", said, "-", said, "-", "-", "-"]
 
 
+def inertance(folder: Path) -> Iterator[list[object]]:
+    """Heavy folds between the tubes, with none, half and all of the inertance of a slit as high as the fold."""
+    zeta = float(read_parameters(folder)["damping coefficient zeta"][0])
+    height = 1e-3 * float(np.ptp(read_fold(folder).section[:, 1]))
+    with tempfile.TemporaryDirectory() as work:
+        made = scene(folder, Path(work) / "fold.msh", HEAVY)
+        mesh = plica.build_mesh(made.mesh)
+        for pressure in WITH_INERTANCE:
+            least = float(plica.flow_equilibrium(made, pressure, mesh=mesh).area.min())
+            cells = []
+            for share in (0.0, 0.5, 1.0):
+                whole = tubes(folder)
+                tract = whole["tract"]["uniform"]
+                parts = {
+                    "length": [share * height, tract["length"]][not share :],
+                    "area": [least, tract["area"]][not share :],
+                }
+                whole["tract"] = {"sections": parts, "wall": "rigid", "friction_frequency": 0.0}
+                pair = plica.growth(made.replace(whole), pressure, modes=MODES, zeta=zeta, mesh=mesh)[0]
+                cells.append(f"{pair.imag / (2 * np.pi):.1f} Hz, {pair.real:+.1f} 1/s")
+            yield [f"{pressure:.0f} Pa, {1e6 * least:.1f} mm^2", *cells]
+
+
 if __name__ == "__main__":
     parser = script_parser(__doc__)
     parser.add_argument("--modefold", type=Path, metavar="DIR", required=True)
-    chosen = parser.parse_args().modefold
+    parser.add_argument("--inertance", action="store_true")
+    options = parser.parse_args()
+    chosen = options.modefold
+    if options.inertance:
+        names = ["pressure, least area", "quasi-steady", "inertance rho l / 2 A", "rho l / A"]
+        record("modefold_inertance", names, inertance(chosen))
+        raise SystemExit(0)
     record(
         "modefold_voice",
         [

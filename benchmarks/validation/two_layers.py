@@ -31,14 +31,13 @@ COLUMNS = [
 ]
 BASE = Case("static", trachea=0.5)
 TRENDS: list[tuple[str, str, list[Case]]] = [
-    ("E 7, 13.7, 27 kPa", "rise; f0 rises", [replace(BASE, E=e) for e in (6.85e3, 13.7e3, 27.4e3)]),
-    ("gap 0.1, 0.3, 1 mm", "rises", [replace(BASE, gap=g) for g in (0.1, 0.3, 1.0)]),
-    ("zeta 0.03, 0.06, 0.12", "rises", [replace(BASE, zeta=z) for z in (0.03, 0.06, 0.12)]),
-    ("separation ratio 1.05, 1.2, 1.3", "-", [replace(BASE, separation=s) for s in (1.05, 1.2, 1.3)]),
-    ("Poisson's ratio 0.4, 0.45, 0.49", "-", [replace(BASE, nu=nu) for nu in (0.4, 0.45, 0.49)]),
-    ("area of the tube 1, 2.86, 5 cm^2", "-", [replace(BASE, area=a) for a in (1e-4, 2.86e-4, 5e-4)]),
-    ("cover 3, 6, 13.7 kPa on a body of 13.7", "rises", [replace(BASE, cover=c) for c in (3e3, 6e3, 13.7e3)]),
-    ("cast shape instead of static", "-", [BASE, replace(BASE, shape="cast")]),
+    ("E 7, 27 kPa", "rises, and f0", [replace(BASE, E=e) for e in (6.85e3, 27.4e3)]),
+    ("gap 0.1, 1 mm", "rises", [replace(BASE, gap=g) for g in (0.1, 1.0)]),
+    ("zeta 0.03, 0.12", "rises", [replace(BASE, zeta=z) for z in (0.03, 0.12)]),
+    ("separation ratio 1.05, 1.3", "-", [replace(BASE, separation=s) for s in (1.05, 1.3)]),
+    ("Poisson's ratio 0.4, 0.49", "-", [replace(BASE, nu=nu) for nu in (0.4, 0.49)]),
+    ("area of the tube 1, 5 cm^2", "-", [replace(BASE, area=a) for a in (1e-4, 5e-4)]),
+    ("cover 3, 6 kPa on a body of 13.7", "rises", [replace(BASE, cover=c) for c in (3e3, 6e3)]),
     (
         "edge 1.2, 0.8 mm; 4, 6 cells along; 60, 100 sections; 40, 80 modes",
         "the same",
