@@ -1,7 +1,7 @@
 """modeFold's silicone larynx: its own program beside Plica, below and above the onset of phonation.
 
-    python -m benchmarks.validation.modefold_voice --modefold DIR               15 minutes on a busy machine
-    python -m benchmarks.validation.modefold_voice --modefold DIR --inertance   7 minutes: `modefold_inertance`
+    python -m benchmarks.validation.modefold_voice --modefold DIR               15 minutes
+    python -m benchmarks.validation.modefold_voice --modefold DIR --inertance   7 minutes
 
 DIR is a clone of github.com/yossie333/modeFold_v1.3 in which its program, `modeFold`, has been built; nothing
 of it is kept, and without it nothing is done. Its param.txt gives pressures, tubes, air and the damping
@@ -14,8 +14,8 @@ heavier than those of the fold (last row), and pressure moves them less. "Heavy"
 density and E, with modes of the same frequency. Record: `modefold_voice`.
 
 Its flow also has the inertance of the air in the glottis, rho l / 2 A with the height l of the fold and the
-least area A; Plica's is quasi-steady. --inertance puts it at the entrance of Plica's tract, as a short tube of
-that area without friction, to see what it is worth.
+least area A; Plica's is quasi-steady. --inertance puts it at the entrance of Plica's tract, as a short tube
+of that area without friction, to see what it is worth. Record: `modefold_inertance`.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def rows(folder: Path) -> Iterator[list[object]]:
 
 
 def inertance(folder: Path) -> Iterator[list[object]]:
-    """Heavy folds between the tubes, with none, half and all of the inertance of a slit as high as the fold."""
+    """Heavy folds between the tubes, without, with half and with all inertance of a slit of their height."""
     zeta = float(read_parameters(folder)["damping coefficient zeta"][0])
     height = 1e-3 * float(np.ptp(read_fold(folder).section[:, 1]))
     with tempfile.TemporaryDirectory() as work:
@@ -181,11 +181,10 @@ def inertance(folder: Path) -> Iterator[list[object]]:
             for share in (0.0, 0.5, 1.0):
                 whole = tubes(folder)
                 tract = whole["tract"]["uniform"]
-                parts = {
-                    "length": [share * height, tract["length"]][not share :],
-                    "area": [least, tract["area"]][not share :],
-                }
-                whole["tract"] = {"sections": parts, "wall": "rigid", "friction_frequency": 0.0}
+                parts = [(share * height, least), (tract["length"], tract["area"])][0 if share else 1 :]
+                lengths, areas = ([part[k] for part in parts] for k in (0, 1))
+                sections = {"length": lengths, "area": areas}
+                whole["tract"] = {"sections": sections, "wall": "rigid", "friction_frequency": 0.0}
                 pair = plica.growth(made.replace(whole), pressure, modes=MODES, zeta=zeta, mesh=mesh)[0]
                 cells.append(f"{pair.imag / (2 * np.pi):.1f} Hz, {pair.real:+.1f} 1/s")
             yield [f"{pressure:.0f} Pa, {1e6 * least:.1f} mm^2", *cells]

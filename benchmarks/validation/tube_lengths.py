@@ -20,29 +20,29 @@ import numpy as np
 from benchmarks.harness.study import record, script_parser
 from benchmarks.validation.onsets import Case, grow, in_processes
 
-BELOW = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1)  # m
-ABOVE = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+BELOW = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.2)  # m
+ABOVE = (0.3, 0.6, 0.9)
+SHAPES = ("cast", "static")
 SOUND, PRESSURE = 350.0, 1000.0  # m/s, Pa
 COLUMNS = ["tube", "length (m)", "c / 4 L, 3 c / 4 L (Hz)", "cast shape", "static shape"]
 
 
 def rows(options: Any) -> Iterator[list[object]]:
-    for kind, lengths in (("below", BELOW), ("above", ABOVE)):
-        for length in lengths:
-            base = Case(reach=PRESSURE)
-            base = replace(base, trachea=length) if kind == "below" else replace(base, tract=length)
-            cases = [replace(base, shape=shape) for shape in ("cast", "static")]
-            found = [pair for _, pair in in_processes(cases, options.processes, grow)]
-            quarter = SOUND / (4 * length) if length else 0.0
-            yield [
-                kind if length else "none",
-                f"{length:g}" if length else "-",
-                f"{quarter:.0f}, {3 * quarter:.0f}" if length else "-",
-                *(
-                    "none" if np.isnan(hertz) else f"{hertz:.0f} Hz, {growth:+.0f} 1/s"
-                    for growth, hertz in found
-                ),
-            ]
+    base = Case(reach=PRESSURE)
+    tubes = [replace(base, trachea=length) for length in BELOW]
+    tubes += [replace(base, tract=length) for length in ABOVE]
+    cases = [replace(tube, shape=shape) for tube in tubes for shape in SHAPES]
+    found = in_processes(cases, options.processes, grow)
+    for tube in tubes:
+        length = tube.trachea or tube.tract
+        quarter = SOUND / (4 * length) if length else 0.0
+        pairs = [next(found)[1] for _ in SHAPES]
+        yield [
+            "above" if tube.tract else "below" if length else "none",
+            f"{length:g}" if length else "-",
+            f"{quarter:.0f}, {3 * quarter:.0f}" if length else "-",
+            *("none" if np.isnan(hertz) else f"{hertz:.0f} Hz, {growth:+.0f} 1/s" for growth, hertz in pairs),
+        ]
 
 
 if __name__ == "__main__":

@@ -47,14 +47,16 @@ TRENDS: list[tuple[str, str, list[Case]]] = [
 
 
 def layers(options: Any) -> Iterator[list[object]]:
-    for body, cover in LAYERS:
-        for k, trachea in enumerate((0.0, 0.5)):
-            cases = [
-                replace(case, E=body, cover=cover)
-                for case in draws("cast", trachea, options.draws, seed=10 + k)
-            ]
-            found = [one for _, one in in_processes(cases, options.processes, find)]
-            yield [f"{body / 1e3:g} / {cover / 1e3:g}", f"{trachea:g}" if trachea else "none", *summed(found)]
+    kinds = [(pair, trachea) for pair in LAYERS for trachea in (0.0, 0.5)]
+    cases = [
+        replace(case, E=body, cover=cover)
+        for (body, cover), trachea in kinds
+        for case in draws("cast", trachea, options.draws, seed=10 + int(trachea > 0))
+    ]
+    all_found = in_processes(cases, options.processes, find)
+    for (body, cover), trachea in kinds:
+        found = [next(all_found)[1] for _ in range(options.draws)]
+        yield [f"{body / 1e3:g} / {cover / 1e3:g}", f"{trachea:g}" if trachea else "none", *summed(found)]
 
 
 def trends(options: Any) -> Iterator[list[object]]:
