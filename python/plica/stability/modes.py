@@ -71,7 +71,8 @@ def eigenmodes(scene: Scene, count: int = 20, mesh: _engine.TetMesh | None = Non
     number("eigenmodes", "count", count, 1, _MOST, "")
     mesh = scene_mesh(scene) if mesh is None else mesh
     fixed = fixed_components(scene, mesh)
-    simulation = build_simulation(whole_tissue(scene).replace({"airflow": None}), mesh)
+    airless = whole_tissue(scene).replace(dict.fromkeys(("airflow", "trachea", "tract")))
+    simulation = build_simulation(airless, mesh)
     matrices = NodalMatrices(simulation, fixed)
     free = int(matrices.free.sum())
     if count >= free:

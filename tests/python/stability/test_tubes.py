@@ -21,6 +21,12 @@ def between(**tubes: Any) -> plica.Scene:
     return folds(gap=2e-4).replace(tubes)
 
 
+def test_tubes_do_not_change_the_modes_without_air() -> None:
+    scenes = between(**TUBES), folds(gap=2e-4)
+    with_tubes, without = (plica.eigenmodes(scene, 2).frequency for scene in scenes)
+    np.testing.assert_array_equal(with_tubes, without)
+
+
 def test_a_steady_flow_pays_for_the_resistance_of_its_tubes() -> None:
     scene = between(**TUBES)
     branch = equilibrium_branch(scene)
