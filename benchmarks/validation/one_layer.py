@@ -3,7 +3,7 @@
     python -m benchmarks.validation.one_layer                 both shapes, 25 minutes on two busy cores
     python -m benchmarks.validation.one_layer --draws 3       quicker
 
-Published: E = 13.7 kPa, onset at 1.2 kPa and 120 Hz (J. Acoust. Soc. Am. 118, 1689). Drawn: E within 20 % of
+Published: E = 13.7 kPa, onset at 1.2 kPa and 120 Hz. Drawn: E within 20 % of
 it, the gap from 0.05 to 1 mm (evenly by its logarithm), the separation ratio 1.05, 1.2 or 1.3, the damping
 ratio 0.03 or 0.06, in a Latin hypercube with a seed; rows differ in shape and subglottal tube. Assumed:
 nu = 0.45, 1030 kg/m^3, tubes of 2.86 cm^2, rigid, with the pressure held at their far end; no tract.

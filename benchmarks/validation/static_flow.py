@@ -2,10 +2,10 @@
 
     python -m benchmarks.validation.static_flow       20 s
 
-Published, as the abstracts say it: [F] Fulcher, Scherer and Powell (J. Acoust. Soc. Am. 129, 1548, 2011;
-PMC3078031), which also quotes van den Berg's coefficients 1.375 and 0.5; [D] "Divergent or convergent glottal
-angles: which give greater flow?" (J. Acoust. Soc. Am.); [L] Li, Scherer, Wan, Wang and Wu (J. Acoust. Soc.
-Am. 119, 1003, 2006). Assumed: a straight part of 3 mm (the axial length of the glottis in [D]), 12 mm from
+Published, as the abstracts say it: [F] "Pressure distributions in a static physical model of the uniform
+glottis: entrance and exit coefficients" (PMC3078031), which also quotes van den Berg's coefficients 1.375 and
+0.5; [D] "Divergent or convergent glottal angles: which give greater flow?"; [L] Li, Scherer, Wan, Wang and Wu,
+"The effect of glottal angle on intraglottal pressure". Assumed: a straight part of 3 mm (the axial length of the glottis in [D]), 12 mm from
 front to back (what the flows and Reynolds numbers of [D] make together), air of 1.2 kg/m^3. Nothing is
 fitted; 1 cmH2O is 98.07 Pa. Record: `static_flow`.
 """
