@@ -1,13 +1,13 @@
 """The airflow alone, in a rigid M5 glottis, beside what is published of a static model 7.5 times life-size.
 
-    python -m benchmarks.validation.static_flow       20 s
+    python -m benchmarks.validation.static_flow       5 minutes on a busy machine
 
 Published, as the abstracts say it: [F] "Pressure distributions in a static physical model of the uniform
 glottis: entrance and exit coefficients" (PMC3078031), which also quotes van den Berg's coefficients 1.375 and
-0.5; [D] "Divergent or convergent glottal angles: which give greater flow?"; [L] Li, Scherer, Wan, Wang and Wu,
-"The effect of glottal angle on intraglottal pressure". Assumed: a straight part of 3 mm (the axial length of the glottis in [D]), 12 mm from
-front to back (what the flows and Reynolds numbers of [D] make together), air of 1.2 kg/m^3. Nothing is
-fitted; 1 cmH2O is 98.07 Pa. Record: `static_flow`.
+0.5; [D] "Divergent or convergent glottal angles: which give greater flow?"; [L] Li, Scherer and others,
+"The effect of glottal angle on intraglottal pressure". Assumed: a straight part of 3 mm (the axial length of
+the glottis in [D]), 12 mm from front to back (what flows and Reynolds numbers of [D] make together), air of
+1.2 kg/m^3. Nothing is fitted; 1 cmH2O is 98.07 Pa. Record: `static_flow`.
 """
 
 from __future__ import annotations
