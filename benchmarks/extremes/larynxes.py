@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from plica.measures.caution import Caution
 from plica.measures.cycles import Cycles
+from plica.measures.formants import TractResponse
 from plica.measures.run.cautions import cautions as cautions_of
 from plica.measures.run.measure import steady_cycles
 from plica.runs.build import build_simulation
@@ -108,6 +109,7 @@ class _Ran:
     fields: Mapping[str, Array] = field(default_factory=dict)
     failure: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
+    vocal_tract: TractResponse | None = None
 
     @property
     def whole(self) -> _Ran:

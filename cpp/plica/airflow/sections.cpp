@@ -263,6 +263,22 @@ void move_to_vertices(const Coronal& coronal, std::vector<double>& heights) {
     if (std::isfinite(vertex[i])) heights[i] = vertex[i];
 }
 
+/// Heights between which planes cut all of the airway. At rest its lower and its upper rim are level, and the ends
+/// are inset a little; at a posture they bulge.
+std::pair<double, double> whole_heights(const TetMesh& mesh, const Faces& surface, const Coronal& coronal) {
+  const double inset = 1e-4 * (coronal.highest() - coronal.lowest());
+  double low = coronal.lowest(), high = coronal.highest();
+  if (mesh.stretched()) {
+    const Vector z = mesh.rest.col(2)(surface.reshaped());
+    const double lowest = z.minCoeff() + coronal.same_height, highest = z.maxCoeff() - coronal.same_height;
+    for (const std::int32_t node : surface.reshaped()) {
+      if (mesh.rest(node, 2) <= lowest) low = std::max(low, mesh.points(node, 2));
+      if (mesh.rest(node, 2) >= highest) high = std::min(high, mesh.points(node, 2));
+    }
+  }
+  return {low + inset, high - inset};
+}
+
 }  // namespace
 
 Sections level_sections(const TetMesh& mesh, const Faces& surface) {
@@ -273,9 +289,7 @@ Sections level_sections(const TetMesh& mesh, const Faces& surface) {
 Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {
   require_at_least("graded_sections", "the sections", count, 2);
   const Coronal coronal(mesh, surface);
-  // The ends are inset so that a plane there cuts the whole airway.
-  const double inset = 1e-4 * (coronal.highest() - coronal.lowest()), low = coronal.lowest() + inset,
-               high = coronal.highest() - inset;
+  const auto [low, high] = whole_heights(mesh, surface, coronal);
   if (!(high - low > count * coronal.same_height))
     throw InvalidInput(
         "Airflow", "height that both folds share", high - low, "m",

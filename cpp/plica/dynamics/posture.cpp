@@ -17,6 +17,8 @@ constexpr int most_iterations = 12;
 constexpr double solve_tolerance = 1e-9;
 constexpr double least_step = 1e-11;  // of the mesh's size: the error after it is the square of that
 
+std::string percent_text(double share) { return number_text(std::floor(1000 * share) / 10); }
+
 /// The way from rest to a posture, and where on it the tissue is.
 class Way {
  public:
@@ -44,7 +46,7 @@ class Way {
         ++found_.parts;
         part *= 1.5;
       } else if ((part *= 0.5) < least_part) {
-        throw SolveFailed("Posture: no equilibrium beyond " + number_text(100 * done) + " % of it: " + why +
+        throw SolveFailed("Posture: no equilibrium beyond " + percent_text(done) + " % of it: " + why +
                           ". Take less of it, or tissue that is stiffer against it.");
       }
     }
@@ -75,6 +77,7 @@ class Way {
       u += moved + solved(now.slope, -(now.force + now.slope * moved));
       for (int i = 0; i < most_iterations; ++i) {
         now = at(u);
+        if (!now.force.allFinite()) break;
         ++found_.iterations;
         const Vector step = solved(std::move(now.slope), -now.force);
         u += step;

@@ -13,9 +13,9 @@ from plica.runs.basis_file import read_basis
 from plica.runs.flow_equilibrium import EquilibriumBranch, FlowEquilibrium, require_steady
 from plica.runs.materials import located, materials_of, place_text
 from plica.runs.options import engine_options
-from plica.runs.scene_mesh import scene_mesh
+from plica.runs.scene_mesh import required_posture, scene_mesh
 from plica.runs.tubes import tubes_of
-from plica.scene.held import fixed_components
+from plica.scene.held import fixed_components, places_at_rest
 from plica.scene.initial import initial_fields
 from plica.scene.mesh.folds_apart import require_apart
 from plica.scene.mesh.parts import MeshFile
@@ -78,7 +78,7 @@ def build_simulation(
     SolveFailed
         If it begins in an equilibrium with the flow that is not there.
     """
-    mesh = scene_mesh(scene) if mesh is None else mesh
+    mesh = scene_mesh(scene) if mesh is None else required_posture(scene, mesh)
     body = _body(scene, mesh)
     if isinstance(scene.mesh, MeshFile) and scene.mesh.mirror is not None:
         airway = None if scene.airflow is None else scene.airflow.surface
@@ -230,6 +230,11 @@ def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
 def _airway_located(scene: Scene, mesh: _engine.TetMesh, error: InvalidInput) -> SceneError:
     """An error that the engine had with the airflow's surface says what is wrong with that surface."""
     text = str(error)
+    if mesh.rest is not None and text.startswith(("Airflow: interface", "Airflow: least width")):
+        return SceneError(
+            f"{scene.source}: posture: the airway is not open all along. {text} At rest it may be: take "
+            "less of the posture, a wider glottis, or a larger posture.contraction."
+        )
     if scene.airflow is None or not text.startswith("Airflow: interface"):
         return located(scene, error)
     name = scene.airflow.surface
@@ -287,7 +292,8 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
     points = np.asarray(mesh.points)
     try:
         if contact.airway == "matched":
-            airway = _engine.matched_airway(points, first, second, contact.direction)
+            # partners are partners at any posture
+            airway = _engine.matched_airway(places_at_rest(mesh), first, second, contact.direction)
         else:
             airway = _engine.triangulated_airway(points, first, second)
     except InvalidInput as error:

@@ -58,6 +58,7 @@ class RunMesh:
     layer_names : list of str
     surfaces : dict of (f, 3) or (f, 6)
     node_sets : dict of (k)
+    rest : (n, 3) m, before the posture; None without one
     """
 
     points: NDArray[np.float64]
@@ -67,6 +68,7 @@ class RunMesh:
     layer_names: list[str]
     surfaces: dict[str, NDArray[np.int32]]
     node_sets: dict[str, NDArray[np.int32]]
+    rest: NDArray[np.float64] | None = None
 
 
 class Field:
@@ -267,7 +269,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @cached_property
     def mesh(self) -> RunMesh:
-        """The mesh in its reference position."""
+        """The mesh in its reference position, that of the posture if there is one."""
         with self._open() as file:
             arrays: dict[str, Any] = {
                 name: file.read(f"mesh/{name}") for name in ("points", "cells", "cell_layer", "cell_side")
@@ -275,6 +277,8 @@ class Run(Mapping[str, NDArray[Any]]):
             for kind in ("surfaces", "node_sets"):
                 names = file.names(f"mesh/{kind}")
                 arrays[kind] = {name: file.read(f"mesh/{kind}/{name}") for name in names}
+            if "mesh/rest" in file:
+                arrays["rest"] = file.read("mesh/rest")
             return RunMesh(layer_names=file.texts("mesh/layer_names"), **arrays)
 
     @cached_property

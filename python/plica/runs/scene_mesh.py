@@ -6,16 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.errors import InvalidInput, SceneError, SolveFailed, nearest, one_of
 from plica.runs.materials import materials_of
 from plica.scene.held import fixed_components
 from plica.scene.mesh.build import build_mesh
 from plica.scene.posture import Posture
 from plica.scene.scene import Scene
 
-__all__ = ["at_posture", "scene_mesh"]
+__all__ = ["at_posture", "required_posture", "scene_mesh"]
 
 Floats = NDArray[np.float64]
+
+_MOST_STIFFENED = 6.0  # exponent; 400 times as stiff
+_LEAST_HELD = 0.9
 
 
 def scene_mesh(scene: Scene) -> _engine.TetMesh:
@@ -28,34 +31,98 @@ def scene_mesh(scene: Scene) -> _engine.TetMesh:
 
     Raises
     ------
-    SceneError
-        As `build_mesh`, and if the tissue has no equilibrium at this posture.
+    SceneError, SolveFailed
+        As `build_mesh` and `at_posture`.
     """
     return at_posture(scene, build_mesh(scene.mesh, scene.source))
 
 
+def required_posture(scene: Scene, mesh: _engine.TetMesh) -> _engine.TetMesh:
+    """The mesh, unless it is at rest where the scene has a posture, or stretched where it has none."""
+    if _stretches(scene.posture) != (mesh.rest is not None):
+        state = "at rest" if mesh.rest is None else "at a posture"
+        raise InvalidInput(
+            f"{scene.source}: the mesh given is {state}; must be that of the scene, plica.scene_mesh(scene)."
+        )
+    return mesh
+
+
 def at_posture(scene: Scene, mesh: _engine.TetMesh) -> _engine.TetMesh:
-    """A mesh of the scene at rest, brought to its posture."""
+    """A mesh of the scene at rest, brought to its posture.
+
+    Raises
+    ------
+    SceneError
+        If the scene's tissue or supports cannot have it.
+    SolveFailed
+        If the tissue has no equilibrium there: it buckles, or a cell is inverted.
+    """
     posture = scene.posture
     if posture is None:
         return mesh
-    for layer in posture.active_stress:
-        if layer not in mesh.layer_names:
-            raise SceneError(
-                f"{scene.source}: posture.active_stress.{layer} is not a layer of the mesh; must be "
-                f"{one_of(mesh.layer_names)}.{nearest(layer, mesh.layer_names)}"
-            )
-    if posture.stretch == 0 and not any(posture.active_stress.values()):
+    _check_layers(scene, posture, mesh.layer_names)
+    if not _stretches(posture):
         return mesh
     fixed = fixed_components(scene, mesh)
+    _check_length(scene, posture, np.asarray(mesh.points), fixed)
+    held = _held(posture, np.asarray(mesh.points), fixed)
     try:
-        return _engine.stretched(
-            mesh, *materials_of(scene, mesh), fixed=fixed, held=_held(posture, np.asarray(mesh.points), fixed)
+        found: _engine.TetMesh = _engine.stretched(
+            mesh, *materials_of(scene, mesh), fixed=fixed, held=held
         ).mesh
-    except (InvalidInput, _engine.SolveFailed) as error:
-        if isinstance(error, SceneError):
-            raise
+    except SolveFailed as error:
+        text = str(error).removeprefix("Posture: ")
+        raise SolveFailed(f"{scene.source}: posture.elongation = {posture.stretch:g}: {text}") from None
+    except SceneError:
+        raise
+    except InvalidInput as error:
         raise SceneError(f"{scene.source}: {str(error).replace('Posture:', 'posture:')}") from None
+    return found
+
+
+def _stretches(posture: Posture | None) -> bool:
+    return posture is not None and (posture.stretch != 0 or any(posture.active_stress.values()))
+
+
+def _check_layers(scene: Scene, posture: Posture, layers: list[str]) -> None:
+    for layer in posture.active_stress:
+        if layer not in layers:
+            raise SceneError(
+                f"{scene.source}: posture.active_stress.{layer} is not a layer of the mesh; must be "
+                f"{one_of(layers)}.{nearest(layer, layers)}"
+            )
+    for layer, tissue in scene.tissue.items():
+        for side in ("none", "left", "right"):
+            own = tissue.on(side)
+            path = (
+                f"tissue.{layer}"
+                if side == "none" or getattr(tissue, side) is None
+                else f"tissue.{layer}.{side}"
+            )
+            transverse = own.E / (2 * (1 + own.nu))
+            if own.mu_transverse is not None and not np.isclose(own.mu_transverse, transverse, rtol=1e-9):
+                raise SceneError(
+                    f"{scene.source}: {path}.mu_transverse = {own.mu_transverse:g} Pa; must be left out, or "
+                    f"{transverse:g} Pa, with a posture: stretched tissue is isotropic across its fibre."
+                )
+            strain = max(posture.stretch + 0.5 * posture.stretch**2, 0.0)
+            if (exponent := 4 * own.stiffening * strain**2) > _MOST_STIFFENED:
+                raise SceneError(
+                    f"{scene.source}: {path}.stiffening = {own.stiffening:g} with posture.elongation = "
+                    f"{posture.stretch:g}: fibres would bear exp({exponent:.3g}) times as much; must be at "
+                    f"most exp({_MOST_STIFFENED:g}). Take less of either."
+                )
+
+
+def _check_length(scene: Scene, posture: Posture, points: Floats, fixed: NDArray[np.bool_]) -> None:
+    along = points[fixed[:, 1], 1]
+    share = np.ptp(along) / np.ptp(points[:, 1]) if along.size else 0.0
+    if posture.stretch != 0 and share < _LEAST_HELD:
+        raise SceneError(
+            f"{scene.source}: posture.elongation = {posture.stretch:g}: what is held spans "
+            f"{100 * share:.3g} % of the length along y; must span {100 * _LEAST_HELD:g} % or more, as the "
+            "tissue is stretched between its ends. Hold both in supports."
+        )
 
 
 def _held(posture: Posture, points: Floats, fixed: NDArray[np.bool_]) -> Floats:

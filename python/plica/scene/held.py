@@ -15,7 +15,7 @@ from plica.measures.record import Array
 if TYPE_CHECKING:
     from plica.scene.scene import Scene
 
-__all__ = ["MeshArrays", "fixed_components"]
+__all__ = ["MeshArrays", "fixed_components", "places_at_rest"]
 
 
 class MeshArrays(MeshData, Protocol):
@@ -28,6 +28,15 @@ class MeshArrays(MeshData, Protocol):
     @property
     def node_sets(self) -> Mapping[str, Array]:
         """Named nodes."""
+
+    @property
+    def rest(self) -> Array | None:
+        """(n, 3) m, before the posture; None without one."""
+
+
+def places_at_rest(mesh: MeshArrays) -> NDArray[np.float64]:
+    """Where the nodes (n, 3) of a mesh are without a posture, m."""
+    return np.asarray(mesh.points if mesh.rest is None else mesh.rest, dtype=float)
 
 
 def fixed_components(scene: Scene, mesh: MeshArrays) -> NDArray[np.bool_]:
@@ -42,7 +51,7 @@ def fixed_components(scene: Scene, mesh: MeshArrays) -> NDArray[np.bool_]:
             raise SceneError(f'{scene.source}: supports.fixed[{k}] = "{name}"; must be {one_of(sets)}.{hint}')
         nodes = np.asarray(sets[name])
         if name == "wall" and scene.supports.wall_from_y is not None:
-            nodes = nodes[np.abs(np.asarray(mesh.points)[nodes, 1]) >= scene.supports.wall_from_y]
+            nodes = nodes[np.abs(places_at_rest(mesh)[nodes, 1]) >= scene.supports.wall_from_y]
             if not len(nodes):
                 value = scene.supports.wall_from_y
                 raise SceneError(

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, SceneError, nearest, one_of
-from plica.scene.held import MeshArrays
+from plica.scene.held import MeshArrays, places_at_rest
+from plica.scene.mesh.changed import changed_mesh
 from plica.scene.mesh.parts import Larynx
 from plica.scene.opening import Glottis, opening_pattern
 from plica.scene.scene import Scene
@@ -24,7 +25,7 @@ def initial_fields(
     """Displacement m and velocity m/s, (n, 3) each, or None if zero; zero where `fixed` (n, 3)."""
     if scene.initial is None:
         return None, None
-    points = np.asarray(mesh.points)
+    points, at_rest = np.asarray(mesh.points), places_at_rest(mesh)
     initial = scene.initial
     found: list[_Reals | None] = []
     for name, size, uniform in (
@@ -33,7 +34,7 @@ def initial_fields(
     ):
         field = np.zeros_like(points)
         if size is not None:
-            field += size * opening_pattern(points, _glottis(scene, mesh, f"initial.opening_{name}"))
+            field += size * opening_pattern(at_rest, _glottis(scene, mesh, f"initial.opening_{name}"))
         nodes = {
             region: _nodes_of(region, mesh, f"{scene.source}: initial.{name}.{region}") for region in uniform
         }
@@ -52,7 +53,8 @@ def _glottis(scene: Scene, mesh: MeshArrays, key: str) -> Glottis:
     if isinstance(scene.mesh, Larynx):
         return Glottis.of_larynx(scene.mesh)
     try:
-        return Glottis.of_mesh(mesh, "airway" if scene.airflow is None else scene.airflow.surface)
+        unstretched = mesh if mesh.rest is None else changed_mesh(mesh, points=mesh.rest, rest=None)
+        return Glottis.of_mesh(unstretched, "airway" if scene.airflow is None else scene.airflow.surface)
     except InvalidInput as error:
         raise SceneError(f"{scene.source}: {key} {error}") from None
 

@@ -17,7 +17,7 @@ import numpy as np
 from plica._engine import DEEPEST_LAYER
 from plica.measures.caution import Caution
 from plica.scene.body_cautions import body_cautions
-from plica.scene.held import MeshArrays
+from plica.scene.held import MeshArrays, places_at_rest
 from plica.scene.mesh.parts import Larynx, MeshFile
 
 if TYPE_CHECKING:
@@ -315,7 +315,7 @@ def _gravity_caution(scene: Scene) -> Iterator[Caution]:
 def _layer_caution(scene: Scene, mesh: MeshArrays) -> Iterator[Caution]:
     """A caution if a layer of a parametric larynx is thinner than in the scene."""
     given = scene.mesh.options.layer_thickness if isinstance(scene.mesh, Larynx) else None
-    most = DEEPEST_LAYER * 0.5 * float(np.ptp(np.asarray(mesh.points)[:, 0]))
+    most = DEEPEST_LAYER * 0.5 * float(np.ptp(places_at_rest(mesh)[:, 0]))
     if given is not None and most < given <= BOUNDS["layer_thickness"].high:
         seen = (
             f"mesh.options.layer_thickness = {_shown(given, 'm')}. The tissue is so thin that cover and "

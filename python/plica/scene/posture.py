@@ -37,15 +37,15 @@ class Posture(Part):
     about it is linear, with the stiffness that the tissue has there (docs/posture.md)."""
 
     elongation: Annotated[Number, Field(gt=-0.5, le=1)] | None = None
-    """[-] By how much the folds are lengthened along y, in shares of their length at rest: what is held moves
-    by this times its distance from the middle of the mesh."""
+    """[-] By how much what is held is lengthened along y, in shares of its length at rest: it moves by this
+    times its distance from the middle of the mesh. `plica mesh` prints what becomes of the glottis."""
     contraction: Annotated[Number, Field(ge=0, le=1)] = 0.5
     """[-] What is held moves along x and z, too: it becomes (1 + elongation)^-contraction times as wide and
     high. 0.5 keeps its volume; 0 leaves it where it is, and tissue that becomes thinner draws the folds
     apart, most at the ends of the glottis."""
     muscles: Muscles | None = None
     """Activations that set the elongation instead."""
-    active_stress: dict[str, Pressure] = Field(default_factory=dict)
+    active_stress: dict[str, Annotated[Pressure, Field(ge=0)]] = Field(default_factory=dict)
     """[Pa] Layer to the stress with which it pulls along its fibre, by area at rest: of a body, that of the
     thyroarytenoid muscle. Layers without fibre pull along y."""
 

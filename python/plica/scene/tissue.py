@@ -24,7 +24,7 @@ class TissueSide(Part):
     mu_fibre: Annotated[Pressure, Field(gt=0)] | None = None
     mu_transverse: Annotated[Pressure, Field(gt=0)] | None = None
     fibre: tuple[Number, Number, Number] | None = None
-    stiffening: Annotated[Number, Field(ge=0)] | None = None
+    stiffening: Annotated[Number, Field(ge=0, le=100)] | None = None
     density: Annotated[Density, Field(gt=0)] | None = None
     viscosity: Annotated[Viscosity, Field(ge=0)] | None = None
 

@@ -86,7 +86,26 @@ TEST_CASE("stretch law: what is not isotropic across its fibre is refused") {
   CHECK_THROWS_WITH_AS(StretchLaw(Material{law}), doctest::Contains("mu = 500"), InvalidInput);
 }
 
-TEST_CASE("stretch law: stress is the gradient of the energy, the slope that of the stress") {
+TEST_CASE("stretch law: the slope is that of the stress") {
+  const StretchLaw law(cover());
+  constexpr double h = 1e-6;
+  for (const double size : {0.4, -0.3}) {
+    const Matrix3 F = some_deformation(size);
+    const auto [stress, slope] = law.at(F);
+    Matrix3 H;
+    H << 0.2, 0.7, -0.4, 0.3, -0.6, 0.5, 0.8, -0.1, 0.4;
+    const Matrix3 change = (law.at(F + h * H).stress - law.at(F - h * H).stress) / (2 * h);
+    const Matrix3 strain = 0.5 * (H.transpose() * F + F.transpose() * H);
+    Vector6 given;
+    given << strain(0, 0), strain(1, 1), strain(2, 2), 2 * strain(0, 1), 2 * strain(1, 2), 2 * strain(2, 0);
+    const Vector6 answer = slope * given;
+    Matrix3 expected;
+    expected << answer[0], answer[3], answer[5], answer[3], answer[1], answer[4], answer[5], answer[4], answer[2];
+    CHECK((change - expected).norm() < 1e-6 * expected.norm());
+  }
+}
+
+TEST_CASE("stretch law: stress is the gradient of the energy") {
   const StretchLaw law(cover());
   constexpr double h = 1e-5;
   for (const double size : {0.4, -0.3}) {  // the fibre is longer in one, shorter in the other

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,10 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
 import plica
-from plica import InvalidInput, SceneError
+from plica import InvalidInput, SceneError, SolveFailed, _engine
 from plica.identify.model.model import require_linear
+from plica.scene.held import fixed_components
+from plica.scene.mesh.summary import mesh_summary
 from tests.python.interrupted_runs import assert_identical, kill_after, start
 
 
@@ -120,15 +123,17 @@ def test_a_killed_run_goes_on_to_the_bit(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("posture", "message"),
     [
-        ({"elongation": 2}, "elongation"),
-        ({"elongation": "20 mm"}, "elongation"),
-        ({"elongation": -0.6}, "elongation"),
+        ({"elongation": 2}, r"elongation = 2; must be <= 1"),
+        ({"elongation": "20 mm"}, r"elongation = .20 mm.; must be a number"),
+        ({"elongation": -0.6}, r"elongation = -0.6; must be > -0.5"),
         ({}, "give one"),
         ({"elongation": 0.1, "muscles": {"cricothyroid": 0.2}}, "must be left out: muscles set it"),
-        ({"muscles": {"cricothyroid": 1.2}}, "cricothyroid"),
-        ({"muscles": {"cricothyroid": -0.1}}, "cricothyroid"),
+        ({"muscles": {"cricothyroid": 1.2}}, r"cricothyroid = 1.2; must be <= 1"),
+        ({"muscles": {"cricothyroid": -0.1}}, r"cricothyroid = -0.1; must be >= 0"),
         ({"muscles": {"vocalis": 0.1}}, "vocalis"),
         ({"active_stress": {"body": "1 mm"}}, "active_stress"),
+        ({"active_stress": {"body": "-1 kPa"}}, r"active_stress.body = .* must be >= 0"),
+        ({"elongation": 0.1, "contraction": 1.5}, r"contraction = 1.5; must be <= 1"),
         ({"stretch": 0.1}, "stretch"),
     ],
 )
@@ -147,8 +152,17 @@ def test_postures_that_a_scene_cannot_have_are_refused() -> None:
         supports=plica.Supports(fixed=("y_min", "y_max")),
         posture=plica.Posture(elongation=-0.2),
     )
-    with pytest.raises(SceneError, match=r"posture: no equilibrium beyond .* % of it: the tissue buckles"):
+    message = r"posture\.elongation = -0\.2: no equilibrium beyond .* % of it: the tissue buckles"
+    with pytest.raises(SolveFailed, match=message):
         plica.scene_mesh(slender)
+    one_end = slender.replace({"supports.fixed": ["y_min"], "posture.elongation": 0.2})
+    with pytest.raises(SceneError, match=r"what is held spans 0 % of the length along y"):
+        plica.scene_mesh(one_end)
+    with pytest.raises(SceneError, match=r"tissue\.body\.stiffening = 90 .* fibres would bear exp\("):
+        plica.scene_mesh(voice(plica.Posture(elongation=0.3)).replace({"tissue.body.stiffening": 90}))
+    printed = voice(plica.Posture(elongation=0.1)).replace({"tissue": "thesis"})
+    with pytest.raises(SceneError, match=r"tissue\.body\.mu_transverse = .* must be left out"):
+        plica.scene_mesh(printed)
     with pytest.raises(SceneError, match="stiffening"):
         plica.Tissue(E="1 kPa", nu=0.3, stiffening=1)
     loose = voice(plica.Posture(elongation=0.1)).replace({"supports": {"fixed": []}})
@@ -156,3 +170,66 @@ def test_postures_that_a_scene_cannot_have_are_refused() -> None:
         plica.scene_mesh(loose)
     with pytest.raises(InvalidInput, match="posture is given; must be left out"):
         require_linear(voice(plica.Posture(elongation=0.1)).replace({"symmetry": None}))
+
+
+def test_a_mesh_at_rest_is_none_of_a_posture() -> None:
+    scene = voice(plica.Posture(elongation=0.1))
+    with pytest.raises(InvalidInput, match=r"the mesh given is at rest; must be that of the scene"):
+        plica.build_simulation(scene, plica.build_mesh(scene.mesh))
+    with pytest.raises(InvalidInput, match=r"the mesh given is at a posture; must be that of the scene"):
+        plica.build_simulation(voice(), plica.scene_mesh(scene))
+
+
+def test_what_is_held_does_not_depend_on_the_posture() -> None:
+    supports = plica.Supports(fixed=("wall",), wall_from_y="7.3 mm")
+    scene = voice(plica.Posture(elongation=0.2), supports=supports)
+    fixed = fixed_components(scene, plica.scene_mesh(scene))
+    np.testing.assert_array_equal(fixed, fixed_components(scene, plica.build_mesh(scene.mesh)))
+
+
+@pytest.mark.parametrize(("elongation", "order"), [(-0.15, 1), (0.1, 1), (-0.1, 2)])
+def test_the_ends_of_the_airway_are_whole(elongation: float, order: int) -> None:
+    scene = voice(plica.Posture(elongation=elongation)).replace({"mesh.order": order})
+    mesh = plica.scene_mesh(scene)
+    flow = _engine.GlottalFlow(plica.build_simulation(scene, mesh))
+    widths = csr_array(flow.width_map(), shape=(len(flow.width_spacing()), len(mesh.points)))
+    areas = np.asarray(flow.areas(widths @ np.asarray(mesh.points)[:, 0]))
+    assert areas[0] == pytest.approx(areas[1], rel=0.1)
+    assert areas[-1] == pytest.approx(areas[-2], rel=0.1)
+
+
+def test_the_opening_moves_the_nodes_that_it_moves_at_rest() -> None:
+    opening = plica.Initial(opening_velocity="0.1 m/s")
+    rest, longer = (
+        plica.build_simulation(voice(posture, initial=opening)).velocity
+        for posture in (None, plica.Posture(elongation=0.2))
+    )
+    np.testing.assert_array_equal(rest, longer)
+    assert np.abs(rest).max() > 0.05
+
+
+def test_folds_that_are_unlike_stay_partners_in_contact() -> None:
+    """Nodes that face each other at rest are partners at the posture."""
+    contact = plica.Contact(multipliers={})
+    scene = voice(plica.Posture(elongation=0.2), contact=contact).replace(
+        {"tissue.cover.left": {"stiffening": 0.5}}
+    )
+    simulation = plica.build_simulation(scene)
+    mesh = plica.scene_mesh(scene)
+    left, right = (np.unique(mesh.surfaces[f"airway_{side}"]) for side in ("left", "right"))
+    x = np.asarray(mesh.points)
+    assert np.abs(np.sort(x[left, 2]) - np.sort(x[right, 2])).max() > 1e-7
+    found = simulation.advance(20)
+    assert np.isfinite(found["flow"]).all()
+
+
+def test_the_mesh_says_what_became_of_the_glottis() -> None:
+    text = mesh_summary(plica.scene_mesh(voice(plica.Posture(elongation=0.2))))
+    lengths, widths = r"airway ([\d.]+) mm long, at rest ([\d.]+); ", r"([\d.]+) mm wide, at rest ([\d.]+)"
+    found = re.search(f"{lengths}.* {widths}", text)
+    assert found is not None
+    now, rest, gap, gap_at_rest = map(float, found.groups())
+    assert now == pytest.approx(1.2 * rest, rel=0.03)
+    assert gap_at_rest == pytest.approx(0.5, abs=0.01)
+    assert 0.3 < gap < 0.5
+    assert "posture" not in mesh_summary(plica.scene_mesh(voice()))

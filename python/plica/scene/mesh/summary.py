@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput
+from plica.measures.contour import rest_contour
 from plica.storage.files import storage_errors
 from plica.tetrahedron import EDGES
 
@@ -60,6 +61,7 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
         *_curved(mesh, points, cells),
         "",
         *_axes(mesh),
+        *_posture(mesh),
         f"{'layer':<20}{'tetrahedra':>12}{'left':>10}{'right':>10}{'volume':>16}",
     ]
     layer, side = np.asarray(mesh.cell_layer), np.asarray(mesh.cell_side)
@@ -84,6 +86,24 @@ def _axes(mesh: _engine.TetMesh) -> list[str]:
     return [
         f"directions: {sign}x to the right fold, {sign}y to the front (anterior), z up, as the air goes",
         f"the folds share {shared or 'no'} node{'' if shared < 2 else 's'}",
+        "",
+    ]
+
+
+def _posture(mesh: _engine.TetMesh) -> list[str]:
+    """Lines on what a posture has made of the airway; none without one."""
+    if mesh.rest is None:
+        return []
+    airway = mesh.surfaces.get("airway")
+    if airway is None:
+        return ["at a posture", ""]
+    faces, shapes = np.asarray(airway), [np.asarray(places) for places in (mesh.rest, mesh.points)]
+    long = [1e3 * float(np.ptp(x[np.unique(faces), 1])) for x in shapes]
+    gaps = [rest_contour(x, faces) for x in shapes]
+    narrow = [1e3 * float((gap[:, 2] - gap[:, 1]).min()) if len(gap) else np.nan for gap in gaps]
+    return [
+        f"at a posture: airway {long[1]:.4g} mm long, at rest {long[0]:.4g}; in its middle plane at least "
+        f"{narrow[1]:.3g} mm wide, at rest {narrow[0]:.3g}",
         "",
     ]
 
