@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -25,7 +26,8 @@ def analyse_each(
 ) -> int:
     """Analyse each recording in a folder of its own, and write the table of all after each.
 
-    One that cannot be analysed has its error in the table, and the others are analysed.
+    One that cannot be analysed has its error in the table, and the others are analysed. Where a command is
+    repeated that was stopped, the table of the earlier one stays until this one has as many rows.
 
     Parameters
     ----------
@@ -61,6 +63,7 @@ def analyse_each(
     table, failed = output / "recordings.csv", 0
     with storage_errors(output):
         output.mkdir(parents=True, exist_ok=True)
+        known = _rows_in(table)
     for number, (source, folder) in enumerate(folders.items(), 1):
         if not quiet:
             print(f"{number} of {len(folders)}: {source}", flush=True)
@@ -72,12 +75,22 @@ def analyse_each(
             failed += 1
             print(f"plica: {source}: {error}", file=sys.stderr)
         rows.append(row)
+        if len(rows) < min(known, len(folders)):
+            continue
         write_rows(table, rows)  # after each: what was found is never lost
         if workbook:
             write_sheets(table.with_suffix(".xlsx"), {"Recordings": Sheet(*as_cells(rows))})
     if not quiet:
         print(f"written: {table}: {len(rows) - failed} recordings" + (f", {failed} failed" if failed else ""))
     return 2 if failed else 0
+
+
+def _rows_in(table: Path) -> int:
+    """Rows of a table written before; 0 where there is none."""
+    if not table.is_file():
+        return 0
+    with table.open(encoding="utf-8", errors="replace", newline="") as file:
+        return sum(1 for _ in csv.reader(file)) - 1
 
 
 def folders_of(sources: Sequence[Path], output: Path) -> dict[Path, Path]:

@@ -46,7 +46,7 @@ from plica.video.motion.trajectories import Paths
 from plica.video.opening import open_recording
 from plica.video.results import HINT, Results
 from plica.video.settings import Settings
-from plica.video.signals import Signals, renew_signals, signals_to_store, stored_signals
+from plica.video.signals import Signals, renew_signals, signals_to_store, stored_signals, without_signals
 
 if TYPE_CHECKING:
     import xarray
@@ -109,7 +109,7 @@ def analyse(
     where.mkdir(parents=True, exist_ok=True)
     with only_writer(where):
         results = Results(where / "results.h5")
-        chosen = results.merged(Path(source), recording, chosen)
+        chosen = without_signals(results.merged(Path(source), recording, chosen), chosen)
         if chosen.fps is None and recording.camera is not None:
             chosen = replace(chosen, fps=recording.camera.fps)
         chain = Chain(results, recording, chosen, network, shown=progress)

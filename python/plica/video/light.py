@@ -88,6 +88,8 @@ def light_of(found: Judged) -> Light:
     if not found.complete:
         reasons.append(("good", "The motion of the tissue was not measured (plica video does it)."))
     colour = max((one for one, _ in reasons), key=_RANKED.index)
+    if colour != "good" and not any(map(in_doubt, found.flags)):
+        reasons = [reason for reason in reasons if reason not in _of_frames(found)]  # it is no reason
     ranked = sorted(reasons, key=lambda reason: -_RANKED.index(reason[0]))
     return Light(colour, tuple(text for _, text in ranked))
 

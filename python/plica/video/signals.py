@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import h5py
@@ -31,7 +31,7 @@ from plica.video.measures.waveforms import counted
 from plica.video.results import Results, fill
 from plica.video.settings import SIGNALS, Settings
 
-__all__ = ["Signals", "renew_signals", "signals_to_store", "stored_signals"]
+__all__ = ["Signals", "renew_signals", "signals_to_store", "stored_signals", "without_signals"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -117,6 +117,26 @@ def _start_said(settings: Settings, name: str) -> str:
         return f"first frame {after if start else f'at the pulse of channel {settings.sync}'}"
     given = f"first frame at {start:g} s of it"
     return given if settings.sound_start is not None else f"{given} (assumed: --sound-start)"
+
+
+def without_signals(merged: Settings, given: Settings) -> Settings:
+    """The settings, without a start and a channel of pulses where there is no signal that has them.
+
+    Raises
+    ------
+    VideoError
+        Where these are given without a signal.
+    """
+    if merged.signals:
+        return merged
+    for name, shown in (("sound_start", "--sound-start"), ("sync", "--sync")):
+        value = getattr(given, name)
+        if value is not None:
+            text = ",".join(f"{one:g}" for one in np.atleast_1d(value))
+            raise VideoError(
+                f"Signals: {shown} = {text} without a signal; must be given with one (--audio, --egg)."
+            )
+    return replace(merged, sound_start=None, sync=None)
 
 
 def signals_to_store(

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from plica.commands.main import main
+from plica.commands.recordings import analyse_each
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 
 _STACK = SyntheticGlottis(
@@ -150,6 +153,36 @@ def test_a_part_that_one_recording_has_not_is_its_error_alone(
         failed, analysed = csv.DictReader(file)
     assert "frames 10 to 7" in failed["error"]
     assert analysed["frames"] == "20"
+
+
+def test_a_stopped_repetition_leaves_the_rows_that_were_there(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sources, out = [Path("a.npy"), Path("b.npy"), Path("c.npy")], here / "out"
+
+    def until(stop: Path | None) -> Callable[[Path, Path], str]:
+        def one(source: Path, folder: Path) -> str:
+            if source == stop:
+                raise KeyboardInterrupt
+            return source.name
+
+        return one
+
+    def rows() -> list[str]:
+        with (out / "recordings.csv").open() as file:
+            return [row["frames"] for row in csv.DictReader(file)]
+
+    monkeypatch.setattr("plica.video.report.table.row_of", lambda found: {"frames": found})
+    for stop, left in (
+        (Path("c.npy"), ["a.npy", "b.npy"]),
+        (Path("b.npy"), ["a.npy", "b.npy"]),
+        (None, ["a.npy", "b.npy", "c.npy"]),
+    ):
+        with contextlib.suppress(KeyboardInterrupt):
+            analyse_each(sources, out, until(stop), quiet=True)  # type: ignore[arg-type]
+        assert rows() == left
+    analyse_each(sources[1:], out, until(None), quiet=True)  # type: ignore[arg-type]
+    assert rows() == ["b.npy", "c.npy"]
 
 
 @pytest.mark.parametrize(

@@ -265,6 +265,8 @@ def test_settings_stay_and_change_without_the_pictures(
     write_tables(none)
     write_praat(none)
     assert none.signals.parts == {}
+    assert none.settings.sound_start is None  # nothing is left for a signal that is given later
+    assert none.settings.sync is None
     assert not any((none.directory / name).exists() for name in ("signals.csv", "audio.wav", "egg.wav"))
     assert "signals" not in none
     write_tables(found)
@@ -375,6 +377,14 @@ _REFUSED: dict[str, tuple[Callable[[Path], Settings], str]] = {
     ),
     "many pulses": (_named(sync=2), r"pulses of voice\.wav, channel 2: \d+; must be one"),
     "pulse out of range": (_named(sync=4), r"channel 4 of .*voice\.wav; must be 1 to 3"),
+    "pulse without a signal": (
+        _named(audio=None, egg=None, sound_start=None, sync=1),
+        r"Signals: --sync = 1 without a signal; must be given with one \(--audio, --egg\)",
+    ),
+    "start without a signal": (
+        _named(audio=None, egg=None, sound_start=(0.1, 0.2)),
+        r"Signals: --sound-start = 0\.1,0\.2 without a signal; must be given with one",
+    ),
     "pulse 0": (_named(sync=0), r"sync = 0; must be a channel's number, 1 or more"),
     "not a number": (
         _made(np.where(np.arange(_SHORT.size) == 99, np.nan, _SHORT)),

@@ -7,12 +7,14 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from scipy import ndimage
 
 from plica.measures.measure import Measure, whole
 from plica.report.wording import tables
 from plica.video.analysis import analyse
 from plica.video.light import light_of
+from plica.video.measures.frame_flags import in_doubt
 from plica.video.report.page import write_report
 from plica.video.report.summary import Recorded, summary
 from plica.video.settings import Settings
@@ -82,6 +84,21 @@ def test_the_reason_that_makes_the_light_what_it_is_comes_first(tmp_path: Path) 
     found = analyse(tmp_path / "film.npy", tmp_path / "a", settings, until="glottis", progress=False)
     light = light_of(found)
     assert light.shown == "red"
+    assert not any(map(in_doubt, found.flags))
+    assert not any("frames are in doubt" in reason for reason in light.reasons)
     assert light.reasons[0].startswith("No cycles were found")
     assert light.said == " ".join(light.reasons)
     assert len(light.reasons) >= 2
+
+
+def test_what_comes_before_the_tables_is_printed_on_two_sheets(tmp_path: Path) -> None:
+    weasyprint = pytest.importorskip("weasyprint")
+    np.save(tmp_path / "film.npy", _film())
+    settings = Settings(fps=4000, correct_drift=False)
+    found = analyse(tmp_path / "film.npy", tmp_path / "a", settings, until="glottis", progress=False)
+    page = write_report(found).read_text()
+    light = page.index('<ul class="reasons">') + len('<ul class="reasons">')
+    reasons = "".join(f"<li>{'A reason of two lines. ' * 6}</li>" for _ in range(8))
+    for text in (page, page[:light] + reasons + page[light:]):
+        lead = text[: text.index('<h2 class="rest">')]
+        assert len(weasyprint.HTML(string=lead).render().pages) == 2

@@ -126,7 +126,7 @@ def _pixel_data(file: BinaryIO, said: Attributes, found: Any) -> tuple[int, int 
     kind = getattr(found.get("SOPClassUID", ""), "name", "") or "unknown object"
     raise said.wrong(
         f"has no pixel data ({kind})",
-        "a picture with several frames, or a video. Is it the right file, and whole?",
+        "a picture with several frames, or a video (is it the right file, and whole?)",
     )
 
 
