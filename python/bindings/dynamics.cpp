@@ -120,8 +120,8 @@ void bind_options(py::module_& engine) {
       .bind(engine, {}, py::kw_only());
   options<CutSections>("Cut", option("sections", &CutSections::sections)).bind(engine, {}, py::kw_only());
   options<EllipticSections>("Elliptic").bind(engine);
-  options<PressureCourse>("Course", option("time", &PressureCourse::time),
-                          option("pressure", &PressureCourse::pressure))
+  options<PressureCourse>("Course", required("time", &PressureCourse::time),
+                          required("pressure", &PressureCourse::pressure))
       .bind(
           engine, [](const PressureCourse& course) { course.validate(); }, py::kw_only());
   using Flow = Airflow::Options;

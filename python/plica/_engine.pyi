@@ -730,17 +730,14 @@ class Elliptic:
     def __repr__(self) -> str: ...
 
 class Course:
-    _defaults: typing.ClassVar[dict[str, typing.Any]] = {
-        "time": tuple[typing.Any, ...](),
-        "pressure": tuple[typing.Any, ...](),
-    }
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {}
     def __eq__(self, arg0: typing.Any) -> bool: ...
     def __hash__(self) -> int: ...
     def __init__(
         self,
         *,
-        time: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
-        pressure: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex] = [],
+        time: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+        pressure: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
     ) -> None: ...
     def __repr__(self) -> str: ...
     @property

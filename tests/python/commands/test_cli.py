@@ -296,7 +296,7 @@ def stop(*args: object, **fields: object) -> None:
 
 @pytest.mark.parametrize(
     ("command", "busy"),
-    [("mesh", "build_mesh"), ("info", "build_info"), ("report", "Run"), ("measures", "Run")],
+    [("mesh", "scene_mesh"), ("info", "build_info"), ("report", "Run"), ("measures", "Run")],
 )
 def test_ctrl_c_is_one_sentence_in_every_command(
     scene_file: Path,
@@ -313,7 +313,7 @@ def test_ctrl_c_is_one_sentence_in_every_command(
     assert capsys.readouterr().err == "plica: stopped.\n"
 
 
-@pytest.mark.parametrize("busy", ["build_mesh", "build_simulation"])
+@pytest.mark.parametrize("busy", ["scene_mesh", "build_simulation"])
 def test_ctrl_c_before_the_first_step_leaves_nothing_and_promises_nothing(
     scene_file: Path,
     tmp_path: Path,

@@ -15,6 +15,7 @@ from plica.scene.scene import Scene
 ALL = sorted(name for name, one in vars(_engine).items() if hasattr(one, "_defaults"))
 GIVEN: dict[str, dict[str, Any]] = {
     "Material": {"elasticity": _engine.TransverselyIsotropic(fibre=[0, 0, 2])},
+    "Course": {"time": [0.0, 0.1], "pressure": [100.0, 50.0]},
     "Tube": {"length": [0.1, 0.2], "area": [1e-4, 3e-4]},
     "Load": {"surface": "side", "traction": [1, 0.1, -3]},
 }

@@ -96,6 +96,7 @@ class Box:
         self.layer_names = ["body"]
         self.surfaces = {"airway": np.array([[0, 1, 1]])}
         self.node_sets = {"wall": np.arange(4)}
+        self.rest = None
 
 
 @pytest.mark.parametrize(
