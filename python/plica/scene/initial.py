@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
-from plica.scene.held import places_at_rest
+from plica.scene.held import MeshArrays, places_at_rest
 from plica.scene.mesh.changed import changed_mesh
 from plica.scene.mesh.parts import Larynx
 from plica.scene.opening import Glottis, opening_pattern
@@ -21,7 +20,7 @@ _Reals = NDArray[np.float64]
 
 
 def initial_fields(
-    scene: Scene, mesh: _engine.TetMesh, fixed: NDArray[np.bool_]
+    scene: Scene, mesh: MeshArrays, fixed: NDArray[np.bool_]
 ) -> tuple[_Reals | None, _Reals | None]:
     """Displacement m and velocity m/s, (n, 3) each, or None if zero; zero where `fixed` (n, 3)."""
     if scene.initial is None:
@@ -50,7 +49,7 @@ def initial_fields(
     return found[0], found[1]
 
 
-def _glottis(scene: Scene, mesh: _engine.TetMesh, key: str) -> Glottis:
+def _glottis(scene: Scene, mesh: MeshArrays, key: str) -> Glottis:
     if isinstance(scene.mesh, Larynx):
         return Glottis.of_larynx(scene.mesh)
     try:
@@ -60,14 +59,14 @@ def _glottis(scene: Scene, mesh: _engine.TetMesh, key: str) -> Glottis:
         raise SceneError(f"{scene.source}: {key} {error}") from None
 
 
-def _regions(mesh: _engine.TetMesh) -> dict[str, NDArray[np.bool_]]:
+def _regions(mesh: MeshArrays) -> dict[str, NDArray[np.bool_]]:
     """Names and cells (m) of the layers and, if the mesh has sides, of the folds; layers take precedence."""
     layer, side = np.asarray(mesh.cell_layer), np.asarray(mesh.cell_side)
     folds = {name: side == number for number, name in ((1, "left"), (2, "right")) if (side == number).any()}
     return folds | {name: layer == k for k, name in enumerate(mesh.layer_names)}
 
 
-def _nodes_of(region: str, mesh: _engine.TetMesh, where: str) -> NDArray[np.int32]:
+def _nodes_of(region: str, mesh: MeshArrays, where: str) -> NDArray[np.int32]:
     regions = _regions(mesh)
     if region not in regions:
         hint = nearest(region, regions)
@@ -75,7 +74,7 @@ def _nodes_of(region: str, mesh: _engine.TetMesh, where: str) -> NDArray[np.int3
     return np.unique(np.asarray(mesh.cells)[regions[region]])
 
 
-def _between_folds(mesh: _engine.TetMesh, uniform: Mapping[str, object]) -> NDArray[np.int32]:
+def _between_folds(mesh: MeshArrays, uniform: Mapping[str, object]) -> NDArray[np.int32]:
     """Nodes shared by both folds, which stay at rest if each fold has its own value."""
     if not {"left", "right"} <= uniform.keys() - set(mesh.layer_names):
         return np.empty(0, dtype=np.int32)
