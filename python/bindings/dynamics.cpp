@@ -1,3 +1,5 @@
+#include <pybind11/functional.h>
+
 #include "arrays.hpp"
 #include "dynamics_state.hpp"
 #include "engine.hpp"
@@ -247,11 +249,15 @@ struct StretchedMesh {
 };
 
 StretchedMesh stretched_mesh(const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
-                             const py::array& cell_material, const Held& fixed, const RealArray& held) {
+                             const py::array& cell_material, const Held& fixed,
+                             const std::function<RealArray(double)>& held) {
   const Tissue tissue{std::move(materials), std::move(names),
                       to_indices(cell_material, "Tissue", "cell_material")};
   const Supports supports = to_supports(fixed, mesh.node_count());
-  const Points at = to_points(held, "stretched", "held");
+  const HeldAt at = [&held](double share) {
+    const py::gil_scoped_acquire acquired;
+    return to_points(held(share), "stretched", "held");
+  };
   const Released released;
   const Posture posture = stretched(mesh, tissue, supports, at);
   StretchedMesh found{std::make_shared<TetMesh>(mesh), posture.parts, posture.iterations};

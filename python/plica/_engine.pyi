@@ -1229,7 +1229,7 @@ def stretched(
     material_names: collections.abc.Sequence[str],
     cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
     fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
-    held: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    held: collections.abc.Callable[[float], typing.Annotated[numpy.typing.ArrayLike, numpy.float64]],
 ) -> StretchedMesh: ...
 def symmetric_product(
     a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/dynamics/rigid_motion.hpp"
 #include "plica/solve/linear_solver.hpp"
 
@@ -19,19 +20,20 @@ constexpr double least_step = 1e-11;  // of the mesh's size: the error after it 
 
 std::string percent_text(double share) { return number_text(std::floor(1000 * share) / 10); }
 
+struct NotSolved : SolveFailed {
+  using SolveFailed::SolveFailed;
+};
+
 /// The way from rest to a posture, and where on it the tissue is.
 class Way {
  public:
-  Way(const TetMesh& mesh, const Tissue& tissue, const Supports& supports, const Points& held)
+  Way(const TetMesh& mesh, const Tissue& tissue, const Supports& supports, const HeldAt& held)
       : mesh_(mesh),
         assembler_(mesh),
         tissue_(tissue),
         supports_(supports),
-        held_(as_vector(held)),
+        held_(held),
         size_((mesh.points.colwise().maxCoeff() - mesh.points.colwise().minCoeff()).maxCoeff()) {
-    Vector free = held_;
-    supports_.project(free);
-    held_ -= free;
     found_.displacement = Points::Zero(mesh.node_count(), 3);
     for (const Material& material : tissue.materials) active_.push_back(material.active_stress);
   }
@@ -62,8 +64,21 @@ class Way {
     supports_.constrain(slope);
     Guess step;
     const auto solver = LinearSolver::make(slope, {solve_tolerance, LinearSolver::Cholesky{}});
-    if (!solver->solve(force, step).converged) throw SolveFailed("Posture: its linear system is not solved.");
+    if (!solver->solve(force, step).converged) throw NotSolved("a linear system is not solved");
     return step.x;
+  }
+
+  /// By how much what is held moves between two places on the way.
+  Vector moved(double from, double to) const {
+    const Points there = held_(to), here = held_(from);
+    if (there.rows() != mesh_.node_count() || here.rows() != there.rows())
+      throw InvalidInput("Posture", "rows of what is held", static_cast<double>(there.rows()), "",
+                         std::to_string(mesh_.node_count()) + ", one a node");
+    Vector all = as_vector(Points(there - here));
+    if (!all.allFinite()) throw InvalidInput("Posture: where nodes are held is not finite; must be finite.");
+    Vector free = all;
+    supports_.project(free);
+    return all - free;
   }
 
   /// One part of the way, from an equilibrium to the next; else why there is none so near.
@@ -72,9 +87,9 @@ class Way {
     why = "Newton's method does not lead on";
     Vector u = as_vector(found_.displacement);
     try {
-      const Vector moved = (aim - done) * held_;
+      const Vector given = moved(done, aim);
       Assembler::Stretched now = at(u);
-      u += moved + solved(now.slope, -(now.force + now.slope * moved));
+      u += given + solved(now.slope, -(now.force + now.slope * given));
       for (int i = 0; i < most_iterations; ++i) {
         now = at(u);
         if (!now.force.allFinite()) break;
@@ -90,6 +105,8 @@ class Way {
         return true;
       }
     } catch (const CellInverted& failure) {
+      why = failure.what();
+    } catch (const NotSolved& failure) {
       why = failure.what();
     } catch (const SolveFailed&) {
       why = "the tissue buckles";
@@ -110,7 +127,7 @@ class Way {
   const Assembler assembler_;
   Tissue tissue_;
   const Supports& supports_;
-  Vector held_;
+  const HeldAt& held_;
   const double size_;  // m
   std::vector<double> active_;
   Posture found_;
@@ -118,14 +135,11 @@ class Way {
 
 }  // namespace
 
-Posture stretched(const TetMesh& mesh, const Tissue& tissue, const Supports& supports, const Points& held) {
+Posture stretched(const TetMesh& mesh, const Tissue& tissue, const Supports& supports, const HeldAt& held) {
   check_mesh(mesh);
   if (mesh.stretched()) throw InvalidInput("Posture: the mesh is stretched already; must be at rest.");
   tissue.validate(mesh);
-  if (supports.size() != held.size() || held.rows() != mesh.node_count())
-    throw InvalidInput("Posture", "rows of what is held", static_cast<double>(held.rows()), "",
-                       std::to_string(mesh.node_count()) + ", one a node");
-  if (!held.allFinite()) throw InvalidInput("Posture: where nodes are held is not finite; must be finite.");
+  require_size("Posture", "supports", supports.size(), 3 * mesh.node_count());
   if (!rigid_motions(mesh, supports).empty())
     throw InvalidInput("Posture: the supports let tissue move without strain; must be held for a posture.");
   return Way(mesh, tissue, supports, held).walk();

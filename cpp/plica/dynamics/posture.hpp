@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+
 #include "plica/dynamics/scene.hpp"
 
 namespace plica {
@@ -10,11 +12,14 @@ struct Posture {
   int iterations = 0;   // of Newton's method in all
 };
 
-/// The equilibrium of the mesh's tissue (StretchLaw) where what is held has been moved by `held` (n, 3) m, whose
-/// other entries are not read. The way from rest is taken in parts, held nodes, the active stress and all:
-/// Newton's method with its exact slope, which is positive definite all the way. Throws InvalidInput for a mesh
-/// that is stretched already, SolveFailed naming the part of the way at which a cell turns inside out or the
-/// tissue gives way (buckles).
-Posture stretched(const TetMesh& mesh, const Tissue& tissue, const Supports& supports, const Points& held);
+/// (n, 3) m, from rest: where what is held is at a share of the way, 0 at rest (all zero) to 1. Other entries are
+/// not read.
+using HeldAt = std::function<Points(double)>;
+
+/// The equilibrium of the mesh's tissue (StretchLaw) where what is held has been moved to held(1). The way from
+/// rest is taken in parts, the active stress in shares of it: Newton's method with its exact slope, which has to
+/// be positive definite wherever it is looked at. Throws InvalidInput for a mesh that is stretched already,
+/// SolveFailed naming the part of the way at which a cell is inverted or the tissue gives way (buckles).
+Posture stretched(const TetMesh& mesh, const Tissue& tissue, const Supports& supports, const HeldAt& held);
 
 }  // namespace plica

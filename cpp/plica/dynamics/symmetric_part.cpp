@@ -103,7 +103,8 @@ SymmetricPart::SymmetricPart(const Scene& scene)
       supports(supports_of(scene, images)) {
   require_symmetric_tissue(scene, images);
   const Points& x = scene.mesh.points;
-  if (scene.mesh.stretched()) images.part_of(as_vector(Points(x - scene.mesh.rest)), "the posture (m)", x);
+  if (scene.mesh.stretched())
+    images.require_symmetric_field(as_vector(Points(x - scene.mesh.rest)), "the posture (m)", x);
   if (scene.airflow)
     images.require_symmetric({flat_triangles(scene.mesh.surface(scene.airflow->surface))}, "the airflow's surface",
                              x);

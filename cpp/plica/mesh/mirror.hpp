@@ -86,6 +86,9 @@ class MirrorImages {
   /// The part of the mesh, without surfaces and node sets.
   TetMesh part(const TetMesh& mesh) const;
 
+  /// Throws InvalidInput naming the first node of a field (3 n) that is not its image's, and its place (m).
+  void require_symmetric_field(const Vector& field, const std::string& name, const Points& places) const;
+
  private:
   void require_node(std::int32_t node) const { require_index("MirrorImages", "node", node, node_of_.size()); }
   void require_plane(std::size_t plane) const {
@@ -101,7 +104,6 @@ class MirrorImages {
   }
   void pair_nodes(const TetMesh& mesh, double reach);
   void pair_cells(const TetMesh& mesh);
-  void require_symmetric_field(const Vector& field, const std::string& name, const Points& places) const;
 
   std::vector<Indices> partner_;  // (n) a plane
   Indices node_of_, nodes_, cell_of_, cells_;

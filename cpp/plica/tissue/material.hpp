@@ -36,8 +36,8 @@ struct Material {
   std::variant<Isotropic, TransverselyIsotropic> elasticity = Isotropic{};
   double density = 1020.0;  // kg/m^3, > 0
   double viscosity = 0.0;   // Pa s, >= 0
-  /// -, >= 0, of tissue with fibres alone: what it is stretched by multiplies the stress along them by
-  /// exp(stiffening (lambda^2 - 1)^2) (StretchLaw). Small strains do not know it.
+  /// -, >= 0, of tissue with fibres alone: what E_fibre bears along them rises by exp(stiffening (lambda^2 -
+  /// 1)^2), lambda their stretch (StretchLaw). Small strains do not know it.
   double stiffening = 0.0;
   double active_stress = 0.0;  // Pa, of stretched tissue: pulls along the fibre, by area at rest
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +15,7 @@ from plica.scene.mesh.build import build_mesh
 from plica.scene.posture import Posture
 from plica.scene.scene import Scene
 
-__all__ = ["at_posture", "required_posture", "scene_mesh"]
+__all__ = ["at_posture", "held_at", "required_posture", "scene_mesh"]
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +67,7 @@ def at_posture(scene: Scene, mesh: _engine.TetMesh) -> _engine.TetMesh:
         return mesh
     fixed = fixed_components(scene, mesh)
     _check_length(scene, posture, np.asarray(mesh.points), fixed)
-    held = _held(posture, np.asarray(mesh.points), fixed)
+    held = held_at(posture, np.asarray(mesh.points), fixed)
     try:
         found: _engine.TetMesh = _engine.stretched(
             mesh, *materials_of(scene, mesh), fixed=fixed, held=held
@@ -125,9 +127,13 @@ def _check_length(scene: Scene, posture: Posture, points: Floats, fixed: NDArray
         )
 
 
-def _held(posture: Posture, points: Floats, fixed: NDArray[np.bool_]) -> Floats:
-    """(n, 3) m: where what is held goes."""
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    stretch = 1 + posture.stretch
-    aside = stretch**-posture.contraction
-    return np.where(fixed, (points - middle) * (np.array((aside, stretch, aside)) - 1), 0.0)
+def held_at(posture: Posture, points: Floats, fixed: NDArray[np.bool_]) -> Callable[[float], Floats]:
+    """(n, 3) m, from rest: where what is held goes, at a share of the elongation."""
+    from_middle = points - 0.5 * (points.min(axis=0) + points.max(axis=0))
+
+    def at(share: float) -> Floats:
+        stretch = 1 + share * posture.stretch
+        aside = stretch**-posture.contraction
+        return np.where(fixed, from_middle * (np.array((aside, stretch, aside)) - 1), 0.0)
+
+    return at

@@ -84,6 +84,9 @@ TEST_CASE("mirror images refuse vectors of another mesh") {
   sizes("MirrorImages::spread q", q, [&] { images.spread(q); });
   sizes("MirrorImages::shared f", q, [&] { images.shared(q); });
   sizes("MirrorImages::folded f", f, [&] { images.folded(f); });
+  sizes("MirrorImages::require_symmetric_field field", f, [&] { images.require_symmetric_field(f, "f", places); });
+  sizes("MirrorImages::require_symmetric_field places", places,
+        [&] { images.require_symmetric_field(f, "f", places); });
   sizes("MirrorImages::part_of field", f, [&] { images.part_of(f, "f", places); });
   sizes("MirrorImages::part_of places", places, [&] { images.part_of(f, "f", places); });
   sizes("MirrorImages::folded_symmetric force", f, [&] { images.folded_symmetric(f, "f", places); });
