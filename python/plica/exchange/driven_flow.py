@@ -20,7 +20,7 @@ from plica._engine import build_info
 from plica.errors import InvalidInput
 from plica.exchange.files import SERIES, Areas
 from plica.measures.record import Floats
-from plica.runs.build import build_simulation
+from plica.runs.build import build_simulation, whole_tissue
 from plica.runs.scene_mesh import scene_mesh
 from plica.runs.tubes import tract_response
 from plica.scene.scene import Scene
@@ -75,12 +75,17 @@ def driven_flow(scene: Scene, areas: Areas) -> DrivenFlow:
     Raises
     ------
     InvalidInput
-        Without airflow, for another number of sections than the scene's, for a trachea that is supplied by a
-        flow, and for a closed tract.
+        Without airflow, for a pressure that has a course, for another number of sections than the scene's,
+        for a trachea that is supplied by a flow, and for a closed tract.
     """
     if scene.airflow is None:
         raise InvalidInput(f"{scene.source}: has no airflow; must have one. Add [airflow].")
-    whole = scene.replace({"reduction": None, "symmetry": None})
+    if scene.airflow.course is not None:
+        raise InvalidInput(
+            f"{scene.source}: airflow.course is given; must be left out: the pressure stands while areas are "
+            "driven. Give airflow.subglottal_pressure instead."
+        )
+    whole = whole_tissue(scene)
     mesh = scene_mesh(whole)
     law = _engine.GlottalFlow(build_simulation(whole, mesh))
     sections, displaced = _sections(areas, law, np.asarray(mesh.points))

@@ -94,6 +94,15 @@ def test_the_narrowest_area_is_the_one_that_is_asked_for(phonating: plica.Scene)
     assert flow == pytest.approx(jet, rel=0.02)
 
 
+def test_a_pressure_that_changes_is_refused(phonating: plica.Scene) -> None:
+    course = {"time": [0.0, 0.1], "pressure": [800.0, 200.0]}
+    scene = phonating.replace(
+        {"airflow.course": course, "airflow.subglottal_pressure": 800.0, "airflow.rise": 0.0}
+    )
+    with pytest.raises(plica.InvalidInput, match=r"airflow\.course is given; must be left out"):
+        driven_flow(scene, Areas(STEP * np.arange(5), np.full(5, 1e-5)))
+
+
 def test_a_file_is_read_in_any_units(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text("# mine\ntime (ms),area (mm^2)\n0,1\n0.1,2\n0.2,3\n")
