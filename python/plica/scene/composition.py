@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from plica.scene import composition_faults as faults
+from plica.scene.composition_faults import Fault
 from plica.scene.part import problem
 
 __all__ = ["COMBINATIONS", "Combination", "require_combinable"]
-
-Fault = tuple[tuple[str | int, ...], object] | None
 
 
 @dataclass(frozen=True)
@@ -55,156 +55,6 @@ def require_combinable(part: Any) -> None:
             raise problem(combination.relation, *path, **({} if value is None else {"value": value}))
 
 
-def _contact(scene: Any, value: str, *path: str) -> Fault:
-    """Of a scene's contact, an option with this value."""
-    contact = scene.contact
-    return ((*path,), value) if contact is not None and getattr(contact, path[-1]) == value else None
-
-
-def _solved(scene: Any) -> str | None:
-    """The method of a scene's contact if its forces are solved for."""
-    names = ("multipliers", "augmented", "nitsche")
-    contact = scene.contact
-    return (
-        None
-        if contact is None
-        else next((name for name in names if getattr(contact, name) is not None), None)
-    )
-
-
-def _is_explicit(scene: Any) -> bool:
-    return scene.time.scheme.central_differences is not None
-
-
-def _is_reduced(scene: Any) -> bool:
-    return scene.reduction is not None
-
-
-def _is_mirrored(scene: Any) -> bool:
-    """Whether contact is with the plane between mirror images."""
-    return scene.reduction is not None and scene.symmetry is not None and scene.contact is not None
-
-
-def _has_nitsche(scene: Any) -> bool:
-    return scene.contact is not None and scene.contact.nitsche is not None
-
-
-def _boxes(scene: Any) -> str | None:
-    name = type(scene.mesh).__name__
-    return name.lower() if name in ("Block", "Blocks") else None
-
-
-def _initial_of_glottis(scene: Any) -> Fault:
-    if scene.initial is None or _boxes(scene) is None:
-        return None
-    for name in ("opening_velocity", "opening_displacement"):
-        if getattr(scene.initial, name) is not None:
-            return ("initial", name), None
-    return None
-
-
-def _sides_of_mirrored(mesh: Any) -> Fault:
-    return (("sides",), None) if mesh.mirror is not None and mesh.sides is not None else None
-
-
-def _side_of_mirrored(mesh: Any) -> Fault:
-    """A selection of one side in the part that is mirrored."""
-    for name, wanted in mesh.surfaces.items() if mesh.mirror is not None else ():
-        if getattr(wanted, "side", None) is not None:
-            return ("surfaces", name, "side"), wanted.side
-    return None
-
-
-def _name_of_mirrored(mesh: Any) -> Fault:
-    """A surface whose name is that of one side of a mirrored one."""
-    for name in mesh.surfaces if mesh.mirror is not None else ():
-        if name.endswith(("_left", "_right")):
-            return ("surfaces", name), None
-    return None
-
-
-def _unlike_multipliers(scene: Any) -> Fault:
-    if not _is_mirrored(scene):
-        return None
-    multipliers = scene.contact.multipliers
-    if multipliers is None:
-        return (
-            "contact",
-            next(name for name in type(scene.contact).kinds if getattr(scene.contact, name)),
-        ), None
-    return (
-        None
-        if multipliers.position == "end_of_step"
-        else (("contact", "multipliers", "position"), "weighted")
-    )
-
-
-def _tube_without_airflow(scene: Any) -> Fault:
-    given = [name for name in ("tract", "trachea") if getattr(scene, name) is not None]
-    return ((given[0],), None) if given and scene.airflow is None else None
-
-
-def _course_of_a_flow(scene: Any) -> Fault:
-    if scene.airflow is None or scene.airflow.course is None:
-        return None
-    still = (scene.trachea is not None and scene.trachea.supply.flow is not None) or (
-        scene.tract is not None and scene.tract.end.closed is not None
-    )
-    return (("airflow", "course"), None) if still else None
-
-
-def _begins_with_a_flow(scene: Any) -> Fault:
-    still = (scene.trachea is not None and scene.trachea.supply.flow is not None) or (
-        scene.tract is not None and scene.tract.end.closed is not None
-    )
-    at_once = scene.airflow is not None and scene.airflow.rise == 0
-    return (("airflow", "rise"), 0.0) if still and at_once else None
-
-
-def _in_the_flow(scene: Any) -> bool:
-    """Whether it begins in the equilibrium with the flow."""
-    return scene.initial is not None and scene.initial.equilibrium == "flow"
-
-
-def _rises_from_the_flow(scene: Any) -> Fault:
-    rises = _in_the_flow(scene) and scene.airflow is not None and scene.airflow.rise > 0
-    return (("airflow", "rise"), scene.airflow.rise) if rises else None
-
-
-def _shut_off_from_the_flow(scene: Any) -> Fault:
-    if not _in_the_flow(scene):
-        return None
-    if scene.trachea is not None and scene.trachea.supply.flow is not None:
-        return ("trachea", "supply", "flow"), None
-    if scene.tract is not None and scene.tract.end.closed is not None:
-        return ("tract", "end"), "closed"
-    return None
-
-
-def _swung_in_the_flow(scene: Any) -> Fault:
-    """The first load that varies."""
-    if not _in_the_flow(scene):
-        return None
-    return next(
-        ((("loads", k, "frequency"), load.frequency) for k, load in enumerate(scene.loads) if load.frequency),
-        None,
-    )
-
-
-def _explicit_between_tubes(scene: Any) -> Fault:
-    if scene.airflow is None or (scene.tract is None and scene.trachea is None) or _is_explicit(scene):
-        return None
-    coupling = scene.airflow.coupling
-    return None if coupling.iterated is not None else (("airflow", "coupling"), None)
-
-
-def _surface_mass_at_posture(scene: Any) -> Fault:
-    contact = scene.contact
-    if scene.posture is None or contact is None or contact.surface_mass == "kept":
-        return None
-    return ("contact", "surface_mass"), contact.surface_mass
-
-
 COMBINATIONS = (
     Combination(
         "Scene",
@@ -213,7 +63,7 @@ COMBINATIONS = (
         "must be another method",
         "it sees the stress of tissue at rest. Use contact.multipliers.",
         "construction",
-        lambda scene: (("contact", "nitsche"), None) if scene.posture and _has_nitsche(scene) else None,
+        lambda scene: (("contact", "nitsche"), None) if scene.posture and faults.has_nitsche(scene) else None,
     ),
     Combination(
         "Scene",
@@ -222,7 +72,7 @@ COMBINATIONS = (
         'must be "kept"',
         "where mass goes is chosen by the shape at rest.",
         "construction",
-        _surface_mass_at_posture,
+        faults.surface_mass_at_posture,
     ),
     Combination(
         "Scene",
@@ -231,7 +81,7 @@ COMBINATIONS = (
         "must be left out",
         "nothing flows into them. Add [airflow].",
         "physics",
-        _tube_without_airflow,
+        faults.tube_without_airflow,
     ),
     Combination(
         "Scene",
@@ -241,7 +91,9 @@ COMBINATIONS = (
         "there is no flow to be in equilibrium with. true is the one under gravity and loads.",
         "physics",
         lambda scene: (
-            (("initial", "equilibrium"), "flow") if _in_the_flow(scene) and scene.airflow is None else None
+            (("initial", "equilibrium"), "flow")
+            if faults.in_the_flow(scene) and scene.airflow is None
+            else None
         ),
     ),
     Combination(
@@ -251,7 +103,7 @@ COMBINATIONS = (
         "must be 0 s",
         "the equilibrium is the one under the whole pressure, which would not be there.",
         "physics",
-        _rises_from_the_flow,
+        faults.rises_from_the_flow,
     ),
     Combination(
         "Scene",
@@ -260,7 +112,7 @@ COMBINATIONS = (
         "must be a supply of pressure, an end that is not closed",
         "the equilibrium is the one under a pressure.",
         "physics",
-        _shut_off_from_the_flow,
+        faults.shut_off_from_the_flow,
     ),
     Combination(
         "Scene",
@@ -269,7 +121,7 @@ COMBINATIONS = (
         "must be 0 Hz",
         "nothing is at rest under a load that varies.",
         "physics",
-        _swung_in_the_flow,
+        faults.swung_in_the_flow,
     ),
     Combination(
         "Scene",
@@ -278,7 +130,7 @@ COMBINATIONS = (
         "must be left out",
         "a flow begins in still air. Let it rise (airflow.rise).",
         "physics",
-        _course_of_a_flow,
+        faults.course_of_a_flow,
     ),
     Combination(
         "Airflow",
@@ -298,7 +150,7 @@ COMBINATIONS = (
         "must be > 0 s",
         "a flow begins in still air. Give the time over which the pressure rises, such as 5 ms.",
         "physics",
-        _begins_with_a_flow,
+        faults.begins_with_a_flow,
     ),
     Combination(
         "Scene",
@@ -307,7 +159,7 @@ COMBINATIONS = (
         'must be "iterated"',
         "pressures at the folds follow their motion within the step; with those foretold it is not stable.",
         "physics",
-        _explicit_between_tubes,
+        faults.explicit_between_tubes,
     ),
     Combination(
         "Scene",
@@ -316,7 +168,7 @@ COMBINATIONS = (
         "must be left out",
         "all boxes are divided along the same diagonals. Use a larynx, or a symmetric mesh file.",
         "physics",
-        lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and _boxes(scene) else None,
+        lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and faults.boxes(scene) else None,
     ),
     Combination(
         "Scene",
@@ -325,7 +177,7 @@ COMBINATIONS = (
         "must be left out",
         "a block has no glottis.",
         "physics",
-        _initial_of_glottis,
+        faults.initial_of_glottis,
     ),
     Combination(
         "MeshFile",
@@ -334,7 +186,7 @@ COMBINATIONS = (
         "must be left out",
         "left is x < 0, right is x > 0.",
         "physics",
-        _sides_of_mirrored,
+        faults.sides_of_mirrored,
     ),
     Combination(
         "MeshFile",
@@ -343,7 +195,7 @@ COMBINATIONS = (
         "must be left out",
         "the file has one fold, of which mirroring makes NAME_left and NAME_right.",
         "physics",
-        _side_of_mirrored,
+        faults.side_of_mirrored,
     ),
     Combination(
         "MeshFile",
@@ -352,7 +204,7 @@ COMBINATIONS = (
         "must be named without the side",
         "mirroring makes NAME_left and NAME_right of the surface NAME.",
         "physics",
-        _name_of_mirrored,
+        faults.name_of_mirrored,
     ),
     Combination(
         "Stepping",
@@ -377,7 +229,7 @@ COMBINATIONS = (
         "physics",
         lambda scene: (
             (("contact", method), None)
-            if _is_explicit(scene) and (method := _solved(scene)) is not None
+            if faults.is_explicit(scene) and (method := faults.solved(scene)) is not None
             else None
         ),
     ),
@@ -389,7 +241,9 @@ COMBINATIONS = (
         "an explicit step divides by the mass of every node.",
         "physics",
         lambda scene: (
-            _contact(scene, "redistributed", "contact", "surface_mass") if _is_explicit(scene) else None
+            faults.contact(scene, "redistributed", "contact", "surface_mass")
+            if faults.is_explicit(scene)
+            else None
         ),
     ),
     Combination(
@@ -399,7 +253,9 @@ COMBINATIONS = (
         "must be left out",
         "the implicit step of few coordinates costs no more and has no limit.",
         "physics",
-        lambda scene: (("reduction",), None) if _is_reduced(scene) and _is_explicit(scene) else None,
+        lambda scene: (
+            (("reduction",), None) if faults.is_reduced(scene) and faults.is_explicit(scene) else None
+        ),
     ),
     Combination(
         "Contact",
@@ -474,7 +330,9 @@ COMBINATIONS = (
         "must be left out",
         "it takes the stress of all the tissue.",
         "construction",
-        lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and _has_nitsche(scene) else None,
+        lambda scene: (
+            (("symmetry",), scene.symmetry) if scene.symmetry and faults.has_nitsche(scene) else None
+        ),
     ),
     Combination(
         "Scene",
@@ -483,7 +341,9 @@ COMBINATIONS = (
         "must be left out",
         "it takes the stress of all the tissue.",
         "construction",
-        lambda scene: (("reduction",), None) if _is_reduced(scene) and _has_nitsche(scene) else None,
+        lambda scene: (
+            (("reduction",), None) if faults.is_reduced(scene) and faults.has_nitsche(scene) else None
+        ),
     ),
     Combination(
         "Scene",
@@ -492,7 +352,9 @@ COMBINATIONS = (
         'must be "nodes"',
         "contact in few coordinates is of nodes.",
         "construction",
-        lambda scene: _contact(scene, "mortar", "contact", "faces") if _is_reduced(scene) else None,
+        lambda scene: (
+            faults.contact(scene, "mortar", "contact", "faces") if faults.is_reduced(scene) else None
+        ),
     ),
     Combination(
         "Scene",
@@ -501,7 +363,9 @@ COMBINATIONS = (
         'must be "matched"',
         "where contact can be is known of an airway that does not change.",
         "construction",
-        lambda scene: _contact(scene, "triangulated", "contact", "airway") if _is_reduced(scene) else None,
+        lambda scene: (
+            faults.contact(scene, "triangulated", "contact", "airway") if faults.is_reduced(scene) else None
+        ),
     ),
     Combination(
         "Scene",
@@ -511,7 +375,9 @@ COMBINATIONS = (
         "a basis moves all nodes, those without mass too.",
         "construction",
         lambda scene: (
-            _contact(scene, "redistributed", "contact", "surface_mass") if _is_reduced(scene) else None
+            faults.contact(scene, "redistributed", "contact", "surface_mass")
+            if faults.is_reduced(scene)
+            else None
         ),
     ),
     Combination(
@@ -523,7 +389,9 @@ COMBINATIONS = (
         "construction",
         lambda scene: (
             (("airflow", "load_shape"), "current")
-            if _is_reduced(scene) and scene.airflow is not None and scene.airflow.load_shape == "current"
+            if faults.is_reduced(scene)
+            and scene.airflow is not None
+            and scene.airflow.load_shape == "current"
             else None
         ),
     ),
@@ -536,7 +404,9 @@ COMBINATIONS = (
         "construction",
         lambda scene: (
             (("airflow", "load_shape"), "current")
-            if _in_the_flow(scene) and scene.airflow is not None and scene.airflow.load_shape == "current"
+            if faults.in_the_flow(scene)
+            and scene.airflow is not None
+            and scene.airflow.load_shape == "current"
             else None
         ),
     ),
@@ -547,7 +417,7 @@ COMBINATIONS = (
         "must be by multipliers, gaps closed at the end of the step",
         "mirror images meet in their plane, which needs no other.",
         "construction",
-        _unlike_multipliers,
+        faults.unlike_multipliers,
     ),
 )
 """In the order of the documentation: what physics forbids, then what could be built."""
