@@ -18,16 +18,12 @@ from typing import Any
 from scipy.stats import qmc
 
 from benchmarks.harness.study import record, script_parser
-from benchmarks.validation.onsets import Case, find, in_processes, summed
+from benchmarks.validation.onsets import SUMMED, Case, find, in_processes, summed
 
 COLUMNS = [
     "shape",
     "subglottal tube (m)",
-    "draws",
-    "phonate to 3 kPa",
-    "onset (kPa): median (range)",
-    "f0 (Hz): median (range)",
-    "the equilibrium ends before",
+    *SUMMED,
 ]
 TUBES = (0.0, 0.17, 0.5, 0.7, 1.1)
 SEPARATIONS, ZETAS = (1.05, 1.2, 1.3), (0.03, 0.06)

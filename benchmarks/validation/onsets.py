@@ -20,7 +20,7 @@ import numpy as np
 import plica
 from benchmarks.validation import m5
 
-__all__ = ["INLET", "Case", "Found", "find", "grow", "in_processes", "spread", "summed"]
+__all__ = ["INLET", "SUMMED", "Case", "Found", "find", "grow", "in_processes", "spread", "summed"]
 
 INLET = 2.86e-4  # m^2: 17 mm by 16.8 mm, what the folds are between at the wall; the area of all tubes
 REACH = 3000.0  # Pa, up to which an onset is looked for
@@ -139,8 +139,17 @@ def spread(values: Sequence[float], digits: int) -> str:
     return f"{middle:.{digits}f} ({least:.{digits}f} to {most:.{digits}f})"
 
 
+SUMMED = (
+    "draws",
+    "phonate to 3 kPa",
+    "onset (kPa): median (range)",
+    "f0 (Hz): median (range)",
+    "the equilibrium ends before",
+)
+
+
 def summed(found: Sequence[Found]) -> list[object]:
-    """Number, share that phonates, onset in kPa and frequency in Hz, and how many ended early."""
+    """The entries of `SUMMED`."""
     voiced = [one for one in found if one.pressure is not None]
     return [
         len(found),

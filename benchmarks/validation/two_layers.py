@@ -17,17 +17,13 @@ from typing import Any
 
 from benchmarks.harness.study import record, script_parser
 from benchmarks.validation.one_layer import draws
-from benchmarks.validation.onsets import Case, find, in_processes, summed
+from benchmarks.validation.onsets import SUMMED, Case, find, in_processes, summed
 
 LAYERS = ((20e3, 5e3), (12e3, 3e3), (40e3, 3e3))  # Pa, of body and cover
 COLUMNS = [
     "body / cover (kPa)",
     "subglottal tube (m)",
-    "draws",
-    "phonate to 3 kPa",
-    "onset (kPa): median (range)",
-    "f0 (Hz): median (range)",
-    "the equilibrium ends before",
+    *SUMMED,
 ]
 BASE = Case("static", trachea=0.5)
 TRENDS: list[tuple[str, str, list[Case]]] = [

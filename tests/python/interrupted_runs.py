@@ -73,6 +73,18 @@ def kill_after(
     return process.returncode == -number
 
 
+def assert_resumes_to_the_bit(scene: plica.Scene, folder: Path, steps: int) -> None:
+    """A run that is killed after so many steps, and goes on, is the one that nobody killed."""
+    scene.save(folder / "scene.toml")
+    plica.run(scene, folder / "whole", progress=False)
+    killed = folder / "killed"
+    assert kill_after(start(folder / "scene.toml", killed), killed, steps)
+    ended = start(folder / "scene.toml", killed, "--resume")
+    ended.communicate()
+    assert ended.returncode == 0
+    assert_identical(folder / "whole", killed)
+
+
 def longer(scene: plica.Scene, factor: int) -> plica.Scene:
     duration = scene.time.duration
     return plica.Scene.from_text(

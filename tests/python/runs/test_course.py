@@ -12,7 +12,7 @@ import pytest
 import plica
 from analytic_run import AnalyticRun, Phonation
 from flow_folds import folds
-from interrupted_runs import assert_identical, kill_after, start
+from interrupted_runs import assert_resumes_to_the_bit
 from plica.measures.run.measure import measure, steady_cycles
 from plica.scene.mesh.build import build_mesh
 from plica.scene.plausibility import scene_cautions
@@ -140,14 +140,7 @@ def test_a_killed_run_is_continued_in_its_course_to_the_bit(
     phonating: plica.Scene, tmp_path: Path, tubes: bool
 ) -> None:
     scene = of_course(phonating, **(TUBES if tubes else {}))
-    scene.save(tmp_path / "scene.toml")
-    plica.run(scene, tmp_path / "whole", progress=False)
-    directory = tmp_path / "killed"
-    assert kill_after(start(tmp_path / "scene.toml", directory), directory, 10)
-    ended = start(tmp_path / "scene.toml", directory, "--resume")
-    ended.communicate()
-    assert ended.returncode == 0
-    assert_identical(tmp_path / "whole", directory)
+    assert_resumes_to_the_bit(scene, tmp_path, 10)
 
 
 def _under(run: AnalyticRun, pressure: np.ndarray) -> AnalyticRun:

@@ -12,11 +12,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
 import plica
+from interrupted_runs import assert_resumes_to_the_bit
 from plica import InvalidInput, SceneError, SolveFailed, _engine
 from plica.identify.model.model import require_linear
+from plica.runs import scene_mesh
 from plica.scene.held import fixed_components
 from plica.scene.mesh.summary import mesh_summary
-from tests.python.interrupted_runs import assert_identical, kill_after, start
 
 
 def voice(posture: Any = None, **parts: Any) -> plica.Scene:
@@ -111,13 +112,7 @@ def test_small_steps_about_the_posture_are_those_of_the_nonlinear_tissue() -> No
 @pytest.mark.slow
 def test_a_killed_run_goes_on_to_the_bit(tmp_path: Path) -> None:
     scene = voice(plica.Posture(elongation=0.1)).replace({"time.duration": "10 ms"})
-    file = tmp_path / "voice.toml"
-    scene.save(file)
-    whole, killed = tmp_path / "whole", tmp_path / "killed"
-    start(file, whole).communicate()
-    assert kill_after(start(file, killed), killed, 60)
-    start(file, killed, "--resume").communicate()
-    assert_identical(whole, killed)
+    assert_resumes_to_the_bit(scene, tmp_path, 60)
 
 
 @pytest.mark.parametrize(
@@ -233,3 +228,13 @@ def test_the_mesh_says_what_became_of_the_glottis() -> None:
     assert gap_at_rest == pytest.approx(0.5, abs=0.01)
     assert 0.3 < gap < 0.5
     assert "posture" not in mesh_summary(plica.scene_mesh(voice()))
+
+
+def test_the_way_to_a_posture_is_by_postures_of_less_elongation() -> None:
+    mesh = plica.build_mesh(plica.Larynx(larynx="coarse"))
+    points, fixed = np.asarray(mesh.points), fixed_components(voice(), mesh)
+    whole = scene_mesh.held_at(plica.Posture(elongation=-0.4), points, fixed)
+    half = scene_mesh.held_at(plica.Posture(elongation=-0.2), points, fixed)
+    np.testing.assert_allclose(whole(0.5), half(1.0), rtol=0, atol=1e-16)
+    assert not whole(0.0).any()
+    assert np.abs(whole(0.5) - 0.5 * whole(1.0)).max() > 1e-4  # no straight line

@@ -11,7 +11,7 @@ import pytest
 import plica
 from benchmarks.voice.onset_steps import pairs_of
 from flow_folds import folds
-from interrupted_runs import assert_identical, kill_after, start
+from interrupted_runs import assert_resumes_to_the_bit
 
 TRACHEA = {"uniform": {"length": "20 cm", "area": "2.5 cm^2"}, "supply": {"pressure": {"reflection": 0.2}}}
 TRACT = {"uniform": {"length": "17 cm", "area": "3 cm^2"}, "wall": "yielding"}
@@ -149,11 +149,4 @@ def test_a_killed_run_that_began_in_the_flow_is_continued_to_the_bit(
         **{"initial.opening_velocity": "1 mm/s", "time.duration": "20 ms"},
         output={"every": "0.2 ms", "checkpoint_every": "0.2 ms"},
     )
-    scene.save(tmp_path / "scene.toml")
-    plica.run(scene, tmp_path / "whole", progress=False)
-    directory = tmp_path / "killed"
-    assert kill_after(start(tmp_path / "scene.toml", directory), directory, 20)
-    ended = start(tmp_path / "scene.toml", directory, "--resume")
-    ended.communicate()
-    assert ended.returncode == 0
-    assert_identical(tmp_path / "whole", directory)
+    assert_resumes_to_the_bit(scene, tmp_path, 20)
