@@ -165,6 +165,7 @@ py::dict larynx_fields(const Larynx& larynx) {
   fields["major"] = larynx.shape.major;
   fields["radius"] = larynx.shape.radius;
   fields["layer_thickness"] = larynx.shape.layer_thickness;
+  if (larynx.shape.ligament_thickness) fields["ligament_thickness"] = *larynx.shape.ligament_thickness;
   fields["layers_from_section"] = larynx.shape.layers_from_section;
   fields["layers_to_section"] = larynx.shape.layers_to_section;
   fields["layers_along"] = layers_along_name(larynx.shape.layers_along);
@@ -201,9 +202,9 @@ void bind_larynx(py::module_& engine) {
   engine.def(
       "larynx_mesh",
       [](int order, const std::optional<RealArray>& sections, double major, double radius, double layer_thickness,
-         int layers_from_section, int layers_to_section, const std::string& layers_along,
-         std::optional<int> around, double size, double growth, std::optional<std::vector<int>> levels,
-         int cover_rings, int ligament_rings, int body_rings) {
+         std::optional<double> ligament_thickness, int layers_from_section, int layers_to_section,
+         const std::string& layers_along, std::optional<int> around, double size, double growth,
+         std::optional<std::vector<int>> levels, int cover_rings, int ligament_rings, int body_rings) {
         Larynx larynx;
         if (sections) {
           larynx.shape.sections = to_sections(*sections);
@@ -211,6 +212,7 @@ void bind_larynx(py::module_& engine) {
         larynx.shape.major = major;
         larynx.shape.radius = radius;
         larynx.shape.layer_thickness = layer_thickness;
+        larynx.shape.ligament_thickness = ligament_thickness;
         larynx.shape.layers_from_section = layers_from_section;
         larynx.shape.layers_to_section = layers_to_section;
         larynx.shape.layers_along = to_layers_along(layers_along);
@@ -225,7 +227,7 @@ void bind_larynx(py::module_& engine) {
       },
       py::kw_only(), py::arg("order") = 1, py::arg("sections") = py::none(), py::arg("major") = shape.major,
       py::arg("radius") = shape.radius, py::arg("layer_thickness") = shape.layer_thickness,
-      py::arg("layers_from_section") = shape.layers_from_section,
+      py::arg("ligament_thickness") = py::none(), py::arg("layers_from_section") = shape.layers_from_section,
       py::arg("layers_to_section") = shape.layers_to_section,
       py::arg("layers_along") = layers_along_name(shape.layers_along), py::arg("around") = py::none(),
       py::arg("size") = by_size.size, py::arg("growth") = by_size.growth, py::arg("levels") = py::none(),

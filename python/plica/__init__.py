@@ -28,6 +28,7 @@ from plica.runs.results import Run
 from plica.runs.run import run
 from plica.runs.scene_mesh import scene_mesh
 from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.folds import Folds
 from plica.scene.mesh.parts import Block, Blocks, Larynx, LarynxOptions, MeshFile, Sides
 from plica.scene.parts import (
     Airflow,
@@ -102,6 +103,7 @@ __all__ = [
     "Film",
     "FlowEquilibrium",
     "FlowModel",
+    "Folds",
     "HilberHughesTaylor",
     "Initial",
     "InvalidInput",

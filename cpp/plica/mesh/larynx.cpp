@@ -110,6 +110,7 @@ void Larynx::Shape::validate() const {
   require_positive("radius", radius);
   require_positive("major", major);
   require_positive("layer_thickness", layer_thickness);
+  if (ligament_thickness) require_positive("ligament_thickness", *ligament_thickness);
   const std::string inside = "< radius = " + number_text(radius) + " m";
   const std::string hint = "The airway lies inside the cylinder.";
   if (!(major < radius)) throw InvalidInput("Larynx", "major", major, "m", inside, hint);

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <variant>
 
 #include "plica/mesh/tet_mesh.hpp"
@@ -28,8 +29,9 @@ struct Larynx {
     double major = 0.7e-2;             // m, half-axis y of every section, > 0 and < radius
     double radius = 0.8e-2;            // m, embedding cylinder
     double layer_thickness = 0.05e-2;  // m, > 0, of cover and of ligament; at most 0.3 of the tissue's depth each
-    int layers_from_section = 4;       // S17: cover and ligament lie between these two sections
-    int layers_to_section = 7;         // S27
+    std::optional<double> ligament_thickness;  // m, > 0; absent: that of the cover
+    int layers_from_section = 4;               // S17: cover and ligament lie between these two sections
+    int layers_to_section = 7;                 // S27
     LayersAlong layers_along = LayersAlong::level;
     void validate() const;
   };

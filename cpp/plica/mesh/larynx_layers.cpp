@@ -18,14 +18,14 @@ LarynxLayers::LarynxLayers(const Larynx::Shape& shape) : shape_(shape) {
   const auto& s = shape.sections;
   const int from = shape.layers_from_section, to = shape.layers_to_section;
   const bool level = shape.layers_along == Larynx::LayersAlong::level;
-  if (level) level_ = shape.layer_thickness;
+  const LayerDepths thickness{shape.layer_thickness, shape.ligament_thickness.value_or(shape.layer_thickness)};
+  if (level) level_ = thickness;
   for (const int layer : {1, 2}) {
     auto& line = layer == 1 ? cover_ : ligament_;
+    const double outer = thickness.cover + (layer == 1 ? 0.0 : thickness.ligament);
     const auto slope = [&](int k) { return (s[k + 1].minor - s[k].minor) / (s[k + 1].z - s[k].z); };
     // Seen level, what is parallel to a piece of slope a' at the distance t lies deeper by t sqrt(1 + a'^2).
-    const auto depth = [&](int k) {
-      return layer * shape.layer_thickness * (level ? 1.0 : std::hypot(1, slope(k)));
-    };
+    const auto depth = [&](int k) { return outer * (level ? 1.0 : std::hypot(1, slope(k))); };
     line.push_back({s[from].z, s[from].minor + depth(from)});
     for (int k = from + 1; k < to; ++k) {
       // The mitre: where the parallels of two pieces meet.
@@ -42,7 +42,7 @@ LarynxLayers::LarynxLayers(const Larynx::Shape& shape) : shape_(shape) {
 }
 
 LayerDepths LarynxLayers::at(double z) const {
-  if (level_ > 0) return {level_, level_};
+  if (level_) return *level_;
   z = std::clamp(z, cover_.front().z, cover_.back().z);
   const auto x = [&](const std::vector<Bend>& line) {
     std::size_t k = 1;

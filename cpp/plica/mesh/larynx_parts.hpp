@@ -25,7 +25,7 @@ class LarynxLayers {
   };
   Larynx::Shape shape_;
   std::vector<Bend> cover_, ligament_;  // their outer surfaces
-  double level_ = 0;                    // m, thickness where it is measured level; else 0
+  std::optional<LayerDepths> level_;    // m, thickness where it is measured level
 };
 
 /// The minor half-axis at a height within the sections.

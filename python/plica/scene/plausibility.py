@@ -314,14 +314,27 @@ def _gravity_caution(scene: Scene) -> Iterator[Caution]:
 
 def _layer_caution(scene: Scene, mesh: MeshArrays) -> Iterator[Caution]:
     """A caution if a layer of a parametric larynx is thinner than in the scene."""
-    given = scene.mesh.options.layer_thickness if isinstance(scene.mesh, Larynx) else None
+    given = dict(_layer_thicknesses(scene.mesh)) if isinstance(scene.mesh, Larynx) else {}
     most = DEEPEST_LAYER * 0.5 * float(np.ptp(places_at_rest(mesh)[:, 0]))
-    if given is not None and most < given <= BOUNDS["layer_thickness"].high:
+    deep = {key: value for key, value in given.items() if most < value <= BOUNDS["layer_thickness"].high}
+    if deep:
+        key, value = next(iter(deep.items()))
         seen = (
-            f"mesh.options.layer_thickness = {_shown(given, 'm')}. The tissue is so thin that cover and "
+            f"{key} = {_shown(value, 'm')}. The tissue is so thin that cover and "
             f"ligament are limited to {DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
         )
         yield Caution("layer_thickness", seen, "Use thinner layers, or a larger mesh.options.radius.")
+
+
+def _layer_thicknesses(larynx: Larynx) -> Iterator[tuple[str, float]]:
+    """Key and value, m, of those that are given."""
+    if larynx.folds is not None:
+        yield "mesh.folds.cover", larynx.folds.cover
+        yield "mesh.folds.ligament", larynx.folds.ligament
+    for name in ("layer_thickness", "ligament_thickness"):
+        value = getattr(larynx.options, name)
+        if value is not None:
+            yield f"mesh.options.{name}", value
 
 
 def _beyond_the_end(scene: Scene) -> Iterator[Caution]:
@@ -346,9 +359,10 @@ def _beyond_the_end(scene: Scene) -> Iterator[Caution]:
 def _posture_caution(scene: Scene) -> Iterator[Caution]:
     """A caution if the folds of a parametric larynx are longer or higher than its preset's, or less so.
 
-    Both are of tissue at rest: nothing is stretched or contracted, as in another posture of one larynx.
+    Both are of tissue at rest: nothing is stretched or contracted, as in another posture of one larynx. Folds
+    of given sizes (`mesh.folds`) are a larynx of their own.
     """
-    if not isinstance(scene.mesh, Larynx) or scene.posture is not None:
+    if not isinstance(scene.mesh, Larynx) or scene.posture is not None or scene.mesh.folds is not None:
         return
     own, preset = (_fold_sizes(larynx) for larynx in (scene.mesh, Larynx(larynx=scene.mesh.larynx)))
     if not BOUNDS["fold_length"].holds(2 * own["mesh.options.major"]):
@@ -424,8 +438,9 @@ def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
                     yield kind, f"{path}.{field}", value
     yield "time_step", "time.step", scene.time.step
     yield "duration", "time.duration", scene.time.duration
-    if isinstance(scene.mesh, Larynx) and scene.mesh.options.layer_thickness is not None:
-        yield "layer_thickness", "mesh.options.layer_thickness", scene.mesh.options.layer_thickness
+    if isinstance(scene.mesh, Larynx):
+        for key, value in _layer_thicknesses(scene.mesh):
+            yield "layer_thickness", key, value
     if scene.gravity is not None:
         yield "gravity", "gravity", math.hypot(*scene.gravity)
     for k, load in enumerate(scene.loads):

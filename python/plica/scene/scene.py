@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
-from plica.errors import InvalidInput, SceneError
+from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.scene.composition import require_combinable
+from plica.scene.mesh.folds import SHAPE
 from plica.scene.mesh.parts import Blocks, Larynx, Mesh
 from plica.scene.part import Part, problem
 from plica.scene.parts import (
@@ -33,6 +34,7 @@ from plica.scene.tissue import Tissue
 from plica.scene.tissue_presets import by_name
 from plica.scene.toml_text import toml_text
 from plica.scene.tubes import Trachea, Tract
+from plica.scene.voices import VOICES, voice_file
 from plica.storage.files import require_file, write_text
 from plica.units import Acceleration
 
@@ -164,12 +166,51 @@ class Scene(Part):
             part = data.get(name)
             if isinstance(part, dict) and isinstance(part.get(path), str):
                 part[path] = str(((folder or Path()) / part[path]).resolve())
-        try:
-            scene = cls.model_validate(data)
-        except ValidationError as error:
-            raise SceneError(describe(error, where)) from None
+        if "voice" in data or "without" in data:
+            scene = cls._of_a_voice(data, where)
+        else:
+            try:
+                scene = cls.model_validate(data)
+            except ValidationError as error:
+                raise SceneError(describe(error, where)) from None
         scene._source = where
         return scene
+
+    @classmethod
+    def of_voice(cls, name: str) -> Self:
+        """The scene of a person's voice, ``"male"``, ``"female"`` or ``"child"`` (docs/voices.md).
+
+        Raises
+        ------
+        SceneError
+
+        Examples
+        --------
+        >>> import plica
+        >>> scene = plica.Scene.of_voice("female").replace({"tract.vowel.name": "i", "symmetry": None})
+        >>> scene.tract.vowel.length
+        0.145
+        """
+        if not isinstance(name, str) or name not in VOICES:
+            shown = f'"{name}"' if isinstance(name, str) else json.dumps(name, default=str)
+            raise SceneError(f"voice = {shown}; must be {one_of(VOICES)}.{nearest(str(name), VOICES, 0.3)}")
+        return cls.load(voice_file(name))
+
+    @classmethod
+    def _of_a_voice(cls, data: dict[str, Any], where: str) -> Self:
+        """The scene of a file with the key `voice`: what else the file has changes that of the preset."""
+        name, without = data.pop("voice", None), data.pop("without", [])
+        try:
+            if name is None:
+                raise SceneError("without: must be left out, or voice given: there is nothing to leave out.")
+            if not isinstance(without, list) or not all(isinstance(key, str) for key in without):
+                raise SceneError('without: must be a list of keys, e.g. ["symmetry", "tract"].')
+            if doubled := [key for key in without if key in data]:
+                raise SceneError(f"without: {doubled[0]} must be left out, or not be given.")
+            return cls.of_voice(name).replace(data | dict.fromkeys(without))
+        except SceneError as error:
+            lines = (line.removeprefix(f"{cls.__name__}.replace: ") for line in error.problems)
+            raise SceneError(f"{where}: {line}" for line in lines) from None
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """A validated copy with some fields changed (keys and values as in `Part.replace`).
@@ -203,7 +244,10 @@ class Scene(Part):
         if data.get("supports") == {}:  # held by nothing, which an empty table does not say
             data["supports"] = {"fixed": []}
         if isinstance(self.mesh, Larynx):
-            data["mesh"]["options"] = self.mesh.all_options()
+            options = self.mesh.all_options()
+            data["mesh"]["options"] = {
+                name: value for name, value in options.items() if self.mesh.folds is None or name not in SHAPE
+            }
         elif not isinstance(self.mesh, Blocks) and "size" in data["mesh"]:
             order = data["mesh"].pop("order")
             data["mesh"] = {"order": order, "block": data["mesh"]}

@@ -238,6 +238,8 @@ TEST_CASE("options out of range are refused by name") {
         "Larynx: layers_to_section = 4; must be >= 5.");
   CHECK(refusal([](Larynx& l) { l.shape.layers_to_section = 11; }).find("must be <= 10") != std::string::npos);
   CHECK(refusal([](Larynx& l) { l.shape.layer_thickness = 0; }) == "Larynx: layer_thickness = 0 m; must be > 0.");
+  CHECK(refusal([](Larynx& l) { l.shape.ligament_thickness = -1e-3; }) ==
+        "Larynx: ligament_thickness = -0.001 m; must be > 0.");
   CHECK(refusal([](Larynx& l) { in_levels(l).body_rings = 0; }) == "Larynx: body_rings = 0; must be >= 1.");
 }
 

@@ -191,10 +191,13 @@ TEST_CASE("curved sides fill the volume between ellipses and cylinder, and strai
 }
 
 TEST_CASE("cover and ligament have the volume of their thickness along the lines, between their sections only") {
-  const Larynx larynx = Larynx::fine();
-  const TetMesh mesh = quadratic_larynx_mesh(larynx);
+  Larynx larynx = Larynx::fine();
   const double t = larynx.shape.layer_thickness;
-  const double cover = layer_volume(larynx.shape, t, 0.3), both = layer_volume(larynx.shape, 2 * t, 0.6);
+  double l = t;
+  SUBCASE("of one thickness") {}
+  SUBCASE("of two") { larynx.shape.ligament_thickness = l = 1.5 * t; }
+  const TetMesh mesh = quadratic_larynx_mesh(larynx);
+  const double cover = layer_volume(larynx.shape, t, 0.3), both = layer_volume(larynx.shape, t + l, 0.6);
   const auto of = [&](int layer) {
     return volume(mesh, [&](Eigen::Index e) { return mesh.cell_layer[e] == layer; });
   };
@@ -213,6 +216,10 @@ TEST_CASE("cover and ligament have the volume of their thickness along the lines
 TEST_CASE("layers along the normal are as thick as stated across the surface, in the plane y = 0") {
   Larynx larynx = Larynx::fine();
   larynx.shape.layers_along = Larynx::LayersAlong::normal;
+  const double cover = larynx.shape.layer_thickness;
+  double ligament = cover;
+  SUBCASE("of one thickness") {}
+  SUBCASE("of two") { larynx.shape.ligament_thickness = ligament = 0.6 * cover; }
   const TetMesh mesh = larynx_mesh(larynx);
   const auto& s = larynx.shape.sections;
   const auto to_profile = [&](double x, double z) {  // to the lines of the three pieces the layers lie behind
@@ -233,7 +240,7 @@ TEST_CASE("layers along the normal are as thick as stated across the surface, in
       const Vector3 x = mesh.points.row(node);
       if (x[1] != 0 || x[0] < 0 || x[2] == s[4].z || x[2] == s[7].z) continue;
       if (!of.count(layer) || !of.count(layer == 2 ? 1 : 0)) continue;
-      CHECK(to_profile(x[0], x[2]) == approx((layer == 2 ? 1 : 2) * larynx.shape.layer_thickness));
+      CHECK(to_profile(x[0], x[2]) == approx(layer == 2 ? cover : cover + ligament));
       ++found;
     }
   }

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 from plica import _engine
 from plica.scene.composition import require_combinable
 from plica.scene.mesh.face_selection import FaceSelection
+from plica.scene.mesh.folds import SHAPE, Folds
 from plica.scene.part import Part, problem
 from plica.units import Length
 
@@ -56,6 +57,8 @@ class LarynxOptions(Part):
     """[m] Radius of the embedding cylinder."""
     layer_thickness: PositiveLength | None = None
     """[m] Thickness of the cover, and of the ligament."""
+    ligament_thickness: PositiveLength | None = None
+    """[m] Thickness of the ligament; default: that of the cover."""
     layers_from_section: Annotated[int, Field(ge=0, le=MAX_LINES)] | None = None
     """Index in `sections` from which cover and ligament extend upward."""
     layers_to_section: Annotated[int, Field(ge=0, le=MAX_LINES)] | None = None
@@ -96,13 +99,17 @@ class Larynx(Part):
     order: Order = 1
     """2: quadratic tetrahedra; their sides follow the airway and the wall, but are straight in meshes in
     levels."""
+    folds: Folds | None = None
+    """Sizes of the folds; default: the thesis's larynx, or that of the options."""
     options: LarynxOptions = LarynxOptions()
     """Overrides of the preset."""
 
     def all_options(self) -> dict[str, Any]:
-        """All fields of the engine's larynx, from the preset and its overrides, as plain data."""
+        """All fields of the engine's larynx, from the preset, its overrides and the folds, as plain data."""
         fields = dict(_engine.larynx_preset(self.larynx))
         fields |= self.options.model_dump(exclude_none=True)
+        if self.folds is not None:
+            fields |= self.folds.shape()
         fields["sections"] = np.asarray(fields["sections"], dtype=float).tolist()
         if "levels" in fields:
             fields["levels"] = [int(count) for count in fields["levels"]]
@@ -111,8 +118,16 @@ class Larynx(Part):
     @model_validator(mode="after")
     def _options_fit_the_preset(self) -> Self:
         known = _engine.larynx_preset(self.larynx)
+        if self.folds is not None and "levels" in known:
+            raise problem(
+                f'must be left out: the larynx "{self.larynx}" is meshed in levels. '
+                "Use coarse, demo, fine or finest.",
+                "folds",
+            )
         for name, value in self.options.model_dump(mode="json", exclude_none=True).items():
-            if name not in known:
+            if self.folds is not None and name in SHAPE:
+                raise problem("must be left out: mesh.folds sets it.", "options", name, value=value)
+            if name not in known and name != "ligament_thickness":
                 kind = "is meshed in levels" if "levels" in known else "is not meshed in levels"
                 raise problem(
                     f'must be left out: the larynx "{self.larynx}" {kind}.', "options", name, value=value
@@ -126,8 +141,10 @@ class Larynx(Part):
             return self
         repeated = Larynx(larynx=self.larynx).all_options()
         given = self.options.model_dump(mode="json", exclude_none=True)
-        own = {name: value for name, value in given.items() if value != repeated[name]}
-        return type(self)(larynx=self.larynx, order=self.order, options=LarynxOptions(**own))
+        own = {name: value for name, value in given.items() if value != repeated.get(name)}
+        return type(self)(
+            larynx=self.larynx, order=self.order, folds=self.folds, options=LarynxOptions(**own)
+        )
 
 
 class Block(Part):

@@ -1,0 +1,118 @@
+"""The shape of a parametric larynx by the sizes in which folds are described."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from plica.scene.part import Part, problem
+from plica.units import Angle, Length
+
+__all__ = ["SHAPE", "Folds"]
+
+PositiveLength = Annotated[Length, Field(gt=0)]
+SHAPE = (
+    "sections",
+    "major",
+    "radius",
+    "layer_thickness",
+    "ligament_thickness",
+    "layers_from_section",
+    "layers_to_section",
+)
+"""The options of a larynx that follow from its folds."""
+
+_BELOW, _ABOVE = -20e-3, 20e-3  # m, lowest and highest section: the ends of the thesis's larynx
+# Half-widths as in the thesis, in shares of the wall's radius: at the ends, where the surface below begins.
+_ENDS, _BEGIN = 0.875, 0.75
+_TOP = ((0.5e-3, 0.375), (1.3e-3, 0.625))  # of the surface above the folds: m above the upper edge, and share
+_LEVEL = math.radians(80)  # from the vertical, where the upper edge ends
+_PIECES = 2  # of a round edge
+_LEAST_END = 0.3e-3  # m, of tissue between the ends of the glottis and the wall
+
+
+class Folds(Part):
+    """The shape of both folds, in the terms in which they are measured.
+
+    Left and right are mirror images, and front and back. The airway is an ellipse at each height, as long as
+    the glottis; in the middle plane a fold has an inferior surface, a lower edge, a medial surface, an upper
+    edge at z = 0, and a superior surface that is nearly level. What is left out has the size of the thesis's
+    larynx, whose edges are cut, not round."""
+
+    length: Annotated[Length, Field(ge=4e-3, le=30e-3)] = 14e-3
+    """[m] Of the glottis, from back to front."""
+    thickness: Annotated[Length, Field(ge=0.3e-3, le=10e-3)] = 2.7e-3
+    """[m] Height of the medial surface, between the edges."""
+    gap: Annotated[Length, Field(gt=0, le=4e-3)] = 0.5e-3
+    """[m] Between the folds before they move, in the middle, where it is narrowest."""
+    medial_angle: Annotated[Angle, Field(ge=-0.35, le=0.35)] = 0.0
+    """[rad] Of each medial surface from the vertical, ``"3 deg"``. Positive: the glottis narrows upward, as
+    before a voice; negative: it widens."""
+    edge_radius: Annotated[Length, Field(ge=0, le=3e-3)] = 0.5e-3
+    """[m] Of the lower and the upper edge, in two straight pieces each; 0: sharp."""
+    inferior_angle: Annotated[Angle, Field(ge=0.35, le=1.3)] = math.radians(50)
+    """[rad] From the vertical, of the surface below the folds, ``"50 deg"``."""
+    depth: Annotated[Length, Field(ge=2e-3, le=20e-3)] = 7.75e-3
+    """[m] Of the tissue, from the narrowest place of the glottis to the wall. The wall is round, with the
+    radius of depth and half a gap, which must be 0.3 mm more than half the length."""
+    cover: PositiveLength = 0.5e-3
+    """[m] Thickness of the cover, measured level with the ground."""
+    ligament: PositiveLength = 0.5e-3
+    """[m] Thickness of the ligament, behind it."""
+
+    @model_validator(mode="after")
+    def _fits_the_wall(self) -> Self:
+        least = 0.5 * self.length + _LEAST_END - 0.5 * self.gap
+        if self.depth < least:
+            raise problem(
+                f"must be >= {1e3 * least:.4g} mm, so that the round wall encloses the glottis of length "
+                f"{1e3 * self.length:.4g} mm.",
+                "depth",
+                value=self.depth,
+                unit=" m",
+            )
+        return self
+
+    def shape(self) -> dict[str, Any]:
+        """The options of a larynx that are named in `SHAPE`."""
+        radius = self.depth + 0.5 * self.gap
+        lower, upper = self._edges()
+        begin = _BEGIN * radius
+        below = [(_BELOW, _ENDS * radius)]
+        if begin > lower[0][1]:
+            below.append((lower[0][0] - (begin - lower[0][1]) / math.tan(self.inferior_angle), begin))
+        above = [(upper[-1][0] + up, share * radius) for up, share in _TOP if share * radius > upper[-1][1]]
+        return {
+            "sections": [*below, *lower, *upper, *above, (_ABOVE, _ENDS * radius)],
+            "major": 0.5 * self.length,
+            "radius": radius,
+            "layer_thickness": self.cover,
+            "ligament_thickness": self.ligament,
+            "layers_from_section": len(below),
+            "layers_to_section": len(below) + len(lower) + len(upper) - 1,
+        }
+
+    def _edges(self) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+        """The lower and the upper edge, upward: heights and half-widths, m."""
+        slant = self.thickness * math.tan(self.medial_angle)
+        half = 0.5 * self.gap
+        low, high = half + max(slant, 0.0), half + max(-slant, 0.0)
+        lower = self._arc((-self.thickness, low), -self.inferior_angle)
+        upper = self._arc((0.0, high), _LEVEL)
+        return lower[::-1], upper
+
+    def _arc(self, start: tuple[float, float], last: float) -> list[tuple[float, float]]:
+        """A round edge from the medial surface on to an inclination of `last`, rad outward of vertical."""
+        if self.edge_radius == 0:
+            return [start]
+        z, x, first = *start, -self.medial_angle
+        inclined = [first + (last - first) * k / _PIECES for k in range(_PIECES + 1)]
+        return [
+            (
+                z + self.edge_radius * (math.sin(angle) - math.sin(first)),
+                x + self.edge_radius * (math.cos(first) - math.cos(angle)),
+            )
+            for angle in inclined
+        ]
