@@ -16,6 +16,7 @@ Builds or reads the mesh of SCENE, checks it, and prints its counts, quality and
 
 examples:
   plica mesh scene.toml
+  plica mesh scene.toml --picture glottis.svg   the middle plane, and the glottis from above
   plica mesh scene.toml -o mesh.vtu             any format that meshio writes, by the suffix
 
 -o writes nodes and tetrahedra, with the number of the layer (from 0, in the order printed) and of the side
@@ -28,6 +29,9 @@ def add_commands(commands: Any) -> None:
     part = add_command(commands, "mesh", _mesh, "show or write the mesh of a scene", _HELP)
     part.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     part.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
+    part.add_argument(
+        "--picture", metavar="FILE", type=Path, help="draw the larynx before it moves: .svg, .png or .pdf"
+    )
 
 
 def _mesh(options: argparse.Namespace) -> int:
@@ -39,6 +43,11 @@ def _mesh(options: argparse.Namespace) -> int:
     mesh = plica.scene_mesh(scene)
     print(mesh_summary(mesh))
     print_cautions(scene_cautions(scene, mesh))
+    if options.picture is not None:
+        from plica.report.glottis import draw_glottis
+
+        draw_glottis(mesh, options.picture)
+        print(f"drawn: {options.picture}")
     if options.output is not None:
         write_mesh(mesh, options.output)
         print(f"written: {options.output} (without surfaces, node sets and names of layers)")
