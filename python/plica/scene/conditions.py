@@ -24,6 +24,10 @@ class Supports(Part):
     """Node sets fixed in some components only, e.g. ``{x_min = "x", z_min = "yz"}`` (in Python a dict)."""
     wall_from_y: Annotated[Length, Field(ge=0)] | None = None
     """[m] Of the node set ``wall``, only nodes with |y| >= this are fixed; it must be in `fixed`."""
+    cartilages: bool | None = None
+    """Of a larynx: whether all tissue in front of and behind the glottis is fixed, as by the thyroid and
+    arytenoid cartilages. Otherwise its ends give way, and are strained without limit on ever finer meshes, as
+    the tip of a crack is. Default: false."""
 
     @model_validator(mode="before")
     @classmethod

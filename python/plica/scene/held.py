@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 from plica.errors import SceneError, nearest, one_of
 from plica.measures.mesh_data import MeshData
 from plica.measures.record import Array
+from plica.scene.mesh.parts import Larynx
 
 if TYPE_CHECKING:
     from plica.scene.scene import Scene
 
 __all__ = ["MeshArrays", "fixed_components", "places_at_rest"]
+
+
+_SAME = 1e-9  # of the glottis's length, by which its ends may be off
 
 
 class MeshArrays(MeshData, Protocol):
@@ -58,6 +62,10 @@ def fixed_components(scene: Scene, mesh: MeshArrays) -> NDArray[np.bool_]:
                     f"{scene.source}: supports.wall_from_y = {value:g} m; must leave a node of the wall."
                 )
         fixed[nodes] = True
+    if scene.supports.cartilages:
+        assert isinstance(scene.mesh, Larynx)
+        half_length = float(scene.mesh.all_options()["major"])
+        fixed[np.abs(places_at_rest(mesh)[:, 1]) >= half_length * (1 - _SAME)] = True
     for name, components in scene.supports.components.items():
         if name not in sets:
             hint = nearest(name, sets)

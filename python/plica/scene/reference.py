@@ -17,6 +17,7 @@ from plica.scene.mesh.parts import Block, Blocks, Larynx, LarynxOptions, MeshFil
 from plica.scene.part import OneOf, Part
 from plica.scene.scene import Scene
 from plica.scene.tissue import TissueSide
+from plica.scene.voices import VOICES
 
 __all__ = ["Key", "Table", "scene_tables"]
 
@@ -68,6 +69,18 @@ class Table:
         return f"{where} with {self.kind}" if self.kind else where
 
 
+_OF_A_FILE = (
+    Key(
+        "voice",
+        "",
+        "none",
+        "Of a scene file: the voice of a person that its other keys change, in Python "
+        "`plica.Scene.of_voice(NAME).replace({...})`. Nothing else is required then (docs/voices.md). "
+        f"One of {', '.join(f'`{chr(34)}{name}{chr(34)}`' for name in VOICES)}.",
+    ),
+    Key("without", "", "none", 'Keys that are left out of the voice, e.g. `["symmetry", "tract"]`.'),
+)
+
 _KINDS = {Larynx: "larynx", MeshFile: "file", Blocks: "blocks"}
 
 
@@ -105,6 +118,8 @@ def _parts_in(annotation: object, path: str) -> Iterator[tuple[type[Part], str]]
 def _keys(part: type[Part]) -> Iterator[Key]:
     if part is TissueSide:  # same keys as the tissue
         return
+    if part is Scene:
+        yield from _OF_A_FILE
     for name in part.model_fields:
         if part is Block and name == "order":  # it is in [mesh], as for the other meshes
             continue

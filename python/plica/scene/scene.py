@@ -294,6 +294,8 @@ class Scene(Part):
         on_larynx = isinstance(self.mesh, Larynx)
         if self.supports is not None and self.supports.wall_from_y is not None and not on_larynx:
             raise problem("must be left out: only a larynx has that wall.", "supports", "wall_from_y")
+        if self.supports is not None and self.supports.cartilages and not on_larynx:
+            raise problem("must be left out: only a larynx has them.", "supports", "cartilages")
         wall_from_y = self.supports.wall_from_y if self.supports is not None else None
         if self.supports is not None and wall_from_y is not None and "wall" not in self.supports.fixed:
             relation = 'must be left out, or supports.fixed must have "wall".'

@@ -187,6 +187,24 @@ def test_part_of_the_wall_can_be_held(phonating: plica.Scene) -> None:
     assert y[wall[~fixed[wall]]].max() < 0.003
 
 
+def test_cartilages_hold_what_lies_beyond_the_ends_of_the_glottis() -> None:
+    larynx = plica.Larynx(larynx="coarse", order=2, folds=plica.Folds(length="12 mm"))
+    scene = plica.Scene(
+        larynx,
+        "normal",
+        time=plica.Stepping(step="50 us", duration="1 ms"),
+        supports=plica.Supports(cartilages=True),
+    )
+    mesh = plica.build_mesh(scene.mesh)
+    fixed = fixed_components(scene, mesh)
+    y = np.abs(np.asarray(mesh.points)[:, 1])
+    assert (fixed.all(axis=1) == fixed.any(axis=1)).all()
+    assert y[fixed[:, 0]].min() == pytest.approx(6e-3, rel=1e-9)  # the tips
+    assert y[~fixed[:, 0]].max() < 6e-3
+    both = scene.replace({"supports.fixed": ("wall",)})
+    assert fixed_components(both, mesh).sum() > fixed.sum()
+
+
 def test_components_are_held_one_by_one(bar: plica.Scene) -> None:
     text = bar.text().replace('fixed = ["x_min"]', 'components = { x_min = "x", y_min = "yz" }')
     scene = plica.Scene.from_text(text)
