@@ -1,0 +1,79 @@
+"""A scene file that varies the voice of a person."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import plica
+from plica.scene.voices import VOICES, voice_file
+
+
+@pytest.mark.parametrize("name", VOICES)
+def test_a_voice_alone_is_its_example(name: str) -> None:
+    whole = plica.Scene.load(voice_file(name))
+    assert plica.Scene.from_text(f'voice = "{name}"') == whole
+    assert plica.Scene.of_voice(name) == whole
+    assert plica.Scene.from_text(whole.text()) == whole
+
+
+def test_other_keys_change_the_voice_and_keep_the_rest() -> None:
+    scene = plica.Scene.from_text(
+        """
+        voice = "female"
+        without = ["symmetry", "trachea"]
+        mesh.folds.thickness = "2 mm"
+        tissue.cover.left.density = "1.1 g/cm^3"
+        [airflow]
+        subglottal_pressure = "1.1 kPa"
+        [tract.uniform]
+        length = "15 cm"
+        area = "3 cm^2"
+        """
+    )
+    female = plica.Scene.of_voice("female")
+    assert scene == female.replace(
+        {
+            "symmetry": None,
+            "trachea": None,
+            "mesh.folds.thickness": 2e-3,
+            "tissue.cover.left": {"density": 1100.0},
+            "airflow.subglottal_pressure": 1100.0,
+            "tract": {"uniform": {"length": 0.15, "area": 3e-4}},
+        }
+    )
+    assert scene.tissue["body"] == female.tissue["body"]
+    assert scene.mesh.folds.length == female.mesh.folds.length
+    assert scene.tract.vowel is None
+    assert scene.trachea is None
+
+
+def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
+    (tmp_path / "mine.csv").write_text("distance (cm),area (cm^2)\n0,3\n17,3\n")
+    (tmp_path / "scene.toml").write_text('voice = "male"\ntract.file = "mine.csv"\n')
+    assert sum(plica.Scene.load(tmp_path / "scene.toml").tract.profile[0]) == pytest.approx(0.17)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('voice = "femal"', 'mine.toml: voice = "femal"; must be "male", "female" or "child".'),
+        ("voice = 3", "mine.toml: voice = 3; must be"),
+        ('voice = "male"\nwithout = "tract"', "mine.toml: without: must be a list of keys"),
+        ('voice = "male"\nwithout = ["tracts"]', "mine.toml: tracts is not known"),
+        (
+            'voice = "male"\nwithout = ["tract"]\ntract.wall = "rigid"',
+            "mine.toml: without: tract must be left",
+        ),
+        ('voice = "male"\nwithout = ["mesh"]', "mine.toml: mesh is missing"),
+        ('without = ["tract"]\ntissue = "normal"', "mine.toml: without: must be left out, or voice given"),
+        ('voice = "male"\ntissue.cover.E = "-1 kPa"', "mine.toml: tissue.cover.E = -1000; must be > 0"),
+        ('voice = "male"\ntissue.epithelium.E = "1 kPa"', "mine.toml: tissue.epithelium.nu is missing"),
+    ],
+)
+def test_what_is_wrong_is_named_with_the_file(text: str, message: str) -> None:
+    with pytest.raises(plica.SceneError) as error:
+        plica.Scene.from_text(text, "mine.toml")
+    assert message in str(error.value)
+    assert "replace" not in str(error.value)
