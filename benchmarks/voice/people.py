@@ -46,8 +46,8 @@ MEASURES = (
 )
 ACCURACY: dict[str, Mapping[str, Any]] = {
     "as it is": {},
-    "mesh fine": {"mesh.larynx": "fine"},
-    "half the step": {"time.step": "25 us"},
+    "mesh coarse": {"mesh.larynx": "coarse"},
+    "twice the step": {"time.step": "100 us"},
 }
 PARTS: dict[str, Mapping[str, Any]] = {
     "as it is": {},
