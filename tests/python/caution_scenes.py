@@ -184,6 +184,11 @@ tissue.cover.viscosity = 0.14""",
     "load_frequency": Given(
         LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, "5 Pa"], frequency = 0.2 }]'
     ),
+    "posture_gap": Given(
+        LARYNX,
+        "posture.elongation = 0.1\ntissue.body.nu = 0.3\ntissue.ligament.nu = 0.3\ntissue.cover.nu = 0.3\n"
+        'airflow.subglottal_pressure = "0.25 kPa"',
+    ),
     "free_body": Given(BLOCKS, 'supports.fixed = ["a.x_min"]'),
     "open_ends": Given(LARYNX, 'supports.fixed = ["ends"]\nairflow.subglottal_pressure = "0.2 kPa"'),
     "overlapping_bodies": Given(BLOCKS, 'without contact\nmesh.blocks.b.corner = ["9.9 mm", "1 mm", 0]'),

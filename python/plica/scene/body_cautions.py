@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["CHECKS", "Bodies", "body_cautions"]
 
 _FREE_END = 0.5  # share of its area; of an end that is held, edges may be free
+_SAME_GAP = 0.2  # of that at rest
 _IN_PLANE = 1e-9  # of the mesh's extent
 _ACROSS = np.cos(np.pi / 4)  # of the angle between y and the normal of an end's faces
 
@@ -237,9 +238,32 @@ def _place(point: NDArray[np.float64]) -> str:
     return "(" + ", ".join(f"{coordinate:.4g}" for coordinate in point) + ")"
 
 
+def posture_gap(bodies: Bodies) -> Caution | None:
+    """The posture makes the glottis more than a fifth narrower or wider than at rest, where it is narrowest in
+    its middle plane: tissue that contracts less than what holds it fills the gap, tissue that contracts more
+    widens it. The voice then differs by its gap, too."""
+    mesh = bodies.mesh
+    airway = mesh.surfaces.get("airway")
+    if mesh.rest is None or airway is None:
+        return None
+    contours = [rest_contour(np.asarray(places, dtype=float), airway) for places in (mesh.rest, mesh.points)]
+    if not all(len(contour) for contour in contours):
+        return None
+    rest, now = (1e3 * float((contour[:, 2] - contour[:, 1]).min()) for contour in contours)
+    if abs(now / rest - 1) <= _SAME_GAP:
+        return None
+    return Caution(
+        "posture_gap",
+        f"At the posture the folds are {now:.3g} mm apart where they are nearest, at rest {rest:.3g} mm.",
+        "Is that meant? posture.contraction sets how much what holds the tissue contracts: near the tissue's "
+        "own Poisson's ratio the gap stays.",
+    )
+
+
 CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     free_body,
     open_ends,
     overlapping_bodies,
     turned_airway,
+    posture_gap,
 )

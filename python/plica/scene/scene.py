@@ -191,8 +191,8 @@ class Scene(Part):
         >>> scene.tract.vowel.length
         0.145
         """
-        if not isinstance(name, str) or name not in VOICES:
-            shown = f'"{name}"' if isinstance(name, str) else json.dumps(name, default=str)
+        if name not in VOICES:
+            shown = json.dumps(name, default=str)
             raise SceneError(f"voice = {shown}; must be {one_of(VOICES)}.{nearest(str(name), VOICES, 0.3)}")
         return cls.load(voice_file(name))
 
