@@ -239,9 +239,9 @@ def _place(point: NDArray[np.float64]) -> str:
 
 
 def posture_gap(bodies: Bodies) -> Caution | None:
-    """The posture makes the glottis more than a fifth narrower or wider than at rest, where it is narrowest in
-    its middle plane: tissue that contracts less than what holds it fills the gap, tissue that contracts more
-    widens it. The voice then differs by its gap, too."""
+    """The posture makes the glottis more than a fifth narrower or wider than at rest, where it is narrowest
+    in its middle plane: tissue that contracts less than what holds it fills the gap, tissue that contracts
+    more widens it. The voice then differs by its gap, too."""
     mesh = bodies.mesh
     airway = mesh.surfaces.get("airway")
     if mesh.rest is None or airway is None:
