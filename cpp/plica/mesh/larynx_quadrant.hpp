@@ -32,9 +32,11 @@ struct LarynxQuadrant {
     return {minor * d[0], shape.major * d[1]};
   }
   Eigen::Vector2d cylinder(double line) const { return shape.radius * direction(line); }
-  /// Quads of even and odd lines are cut by turns: at the lower vertex on even lines.
+  /// Quads of even and odd lines are cut by turns: at the lower vertex on even lines. Those that begin at the tip
+  /// of the airway are cut there: the tip, the node behind it and the airway's next line are nearly in a plane.
   std::int64_t key(std::int32_t vertex, int line) const {
     const auto count = static_cast<std::int64_t>(section.vertices.size());
+    if (line == lines && section.vertices[static_cast<std::size_t>(vertex)].airway) return vertex - count;
     return line % 2 == 0 ? vertex : 2 * count - vertex;
   }
 };

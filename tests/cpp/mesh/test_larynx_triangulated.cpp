@@ -213,6 +213,29 @@ TEST_CASE("cover and ligament have the volume of their thickness along the lines
   CHECK(inside);
 }
 
+TEST_CASE("no edge runs from behind the tip of the airway to the airway's next line") {
+  for (const int around : {12, 16}) {  // the tip on an odd and on an even line
+    Larynx larynx = Larynx::coarse();
+    std::get<Larynx::Triangulated>(larynx.meshed).around = around;
+    for (Larynx::Section& section : larynx.shape.sections)
+      if (section.minor < 0.05e-2) section.minor = 0.01e-2;
+    const TetMesh mesh = larynx_mesh(larynx);
+    std::set<std::int32_t> airway;
+    const Faces& faces = mesh.surface("airway");
+    airway.insert(faces.data(), faces.data() + faces.size());
+    const auto on_tip_plane = [&](std::int32_t node) { return mesh.points(node, 0) == 0; };
+    int from_tip = 0, from_behind = 0;
+    for (const auto& [a, b] : unique_edges(mesh.cells))
+      for (const auto& [at_tip, next] : {std::pair{a, b}, std::pair{b, a}}) {
+        if (!on_tip_plane(at_tip) || on_tip_plane(next)) continue;
+        from_tip += airway.count(at_tip) && !airway.count(next);
+        from_behind += !airway.count(at_tip) && airway.count(next);
+      }
+    CHECK(from_tip > 0);
+    CHECK(from_behind == 0);
+  }
+}
+
 TEST_CASE("layers along the normal are as thick as stated across the surface, in the plane y = 0") {
   Larynx larynx = Larynx::fine();
   larynx.shape.layers_along = Larynx::LayersAlong::normal;
