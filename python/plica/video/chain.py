@@ -26,6 +26,7 @@ from plica.video.files.recording import Grey, Recording, spread
 from plica.video.glottis.brightness import dark_level
 from plica.video.glottis.coverage import to_stored
 from plica.video.glottis.edge_blur import EdgeProfiles
+from plica.video.glottis.fold_edges import fold_edges
 from plica.video.glottis.frame_outline import Finder
 from plica.video.glottis.glottal_area import GlottalArea, areas
 from plica.video.glottis.hidden_slits import lost_to_blur
@@ -219,7 +220,8 @@ class Chain:
         light: list[tuple[float, ...]] = []
         right = midline.place(pixels(self._shape))[..., 1] > 0
         beside = [folds & ~right, folds & right]
-        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds)
+        edges = fold_edges(self._results.coverages(), midline)
+        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds, edges)
 
         def seen() -> Iterator[Grey]:
             frames = self._watched("kymograms", self._steady().frames(), self._count)
