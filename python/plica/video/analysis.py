@@ -294,6 +294,7 @@ class Analysis:
     @cached_property
     def _of_glottis(self) -> list[str]:
         """What speaks against the glottal area."""
+        drawn = ("glottis/border_off",) if "glottis/border_off" in self else ()  # else an earlier version's
         return doubts(
             WholeGlottis(
                 self.area.total,
@@ -305,6 +306,7 @@ class Analysis:
                 self.settings.mm_per_px,
                 float(self["sides/blur"]),
                 self["glottis/confined"],
+                *(self[name] for name in drawn),
             )
         )
 

@@ -25,6 +25,7 @@ from plica.video.errors import VideoError
 from plica.video.files.recording import Grey, Recording, spread
 from plica.video.glottis.brightness import dark_level
 from plica.video.glottis.coverage import to_stored
+from plica.video.glottis.drawn_border import border_off
 from plica.video.glottis.edge_blur import EdgeProfiles
 from plica.video.glottis.fold_edges import fold_edges
 from plica.video.glottis.frame_outline import Finder
@@ -170,13 +171,12 @@ class Chain:
                 shape = (self._count, *self._shape)
                 lay_out(file, f"glottis/{name}", shape, np.uint8, "1", packed=True)
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
-            confined = np.zeros(self._count)
-            tissue = np.ones(self._shape, dtype=bool)
-            always = np.ones(self._shape, dtype=bool)
+            confined, off = np.zeros(self._count), np.full((self._count, 2), np.nan)
+            tissue, always = np.ones((2, *self._shape), dtype=bool)
             for index, frame in enumerate(self._watched("glottis", steady.frames(), self._count)):
                 mask, found = drawn.get(index), None
                 if mask is not None:
-                    band[index] = mask.sum()
+                    band[index], off[index] = mask.sum(), border_off(frame, mask)
                 elif lost[index]:
                     mask = np.zeros(self._shape, dtype=bool)
                     band[index] = np.nan
@@ -204,6 +204,7 @@ class Chain:
                 largest=band[:, 1],
                 border=border,
                 confined=confined,
+                border_off=off,
                 tissue=tissue,
             )
 

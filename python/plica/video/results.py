@@ -54,6 +54,7 @@ _UNITS = {
     "glottis/least": "px^2",
     "glottis/largest": "px^2",
     "glottis/blur": "px, standard deviation",
+    "glottis/border_off": "px: left, right border in the image",
     "sides/left": "px^2",
     "sides/right": "px^2",
     "sides/left_edge": "px",

@@ -143,7 +143,7 @@ def _sides(off: Floats) -> tuple[Floats, Floats]:
 
 
 def _places(edges: FoldEdges, lines: Floats) -> Floats:
-    """(frames, lines) px right of the midline: between the edges; of lines that never open, as of the next."""
+    """(frames, lines) px right of the midline: between the edges; where it never opens, as next to it."""
     opens = edges.open.any(axis=0)
     if not opens.any():
         return np.zeros((len(edges.open), lines.size))
