@@ -215,7 +215,8 @@ class Chain:
         line = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
         if ends is not None:
             self._require_both_sides(line)
-        midline = closing_in(self._results.coverages(), line, keep_ends=ends is not None)
+        meeting = closing_in(self._results.coverages(), line, keep_ends=ends is not None)
+        midline = meeting if ends is None else meeting.as_set
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
         folds = (tissue > 0) & midline.near(self._shape)
         light: list[tuple[float, ...]] = []
@@ -259,6 +260,7 @@ class Chain:
             "sides",
             **sides,
             midline=midline.numbers,
+            meeting=meeting.numbers,
             folds=folds,
             sharpness=sharpness,
             saturated=saturated,
@@ -327,9 +329,10 @@ class Chain:
         replaced(self._flows, write)
 
     def _flow_line(self) -> npt.NDArray[np.float64]:
-        """The midline, x, y of both ends and its bow. The flow is found again where this is over a pixel off
+        """The line in which the folds meet, as numbers. The flow is found again where it is over a pixel off
         the one that it took: a mask that is corrected moves it by less."""
-        return self._midline().numbers
+        name = "sides/meeting" if "sides/meeting" in self._results else "sides/midline"  # of before
+        return np.asarray(self._results.read(name)[0])
 
     def _flow_dark(self) -> float:
         """Grey level of the widest glottis. The flow is found again where this is over three grey levels off

@@ -76,6 +76,7 @@ _UNITS = {
     "sides/lost_most": "px^2",
     "sides/blur_band": "px^2",
     "sides/midline": "px: x, y of the upper end, x, y of the lower, its bow to the right from end to end",
+    "sides/meeting": "px: the same of the line in which the folds meet",
     "sides/blur": "px, standard deviation",
     "sides/brightness": "grey levels",
     "sides/kymogram": "grey levels",

@@ -78,7 +78,7 @@ def doubt(off: Floats) -> str:
     )
 
 
-def _edges(light: Floats, places: Floats, outward: Floats, least: float) -> Floats:
+def _edges(light: npt.NDArray[np.floating], places: Floats, outward: Floats, least: float) -> Floats:
     """(n) px, how far the border lies outside the steepest rise of grey, at places of it; not a number where
     none is as steep as `least` (grey levels a px)."""
     from scipy import ndimage
