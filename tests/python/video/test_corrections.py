@@ -196,7 +196,11 @@ def test_masks_that_tell_nothing_change_nothing(
             ["--region", "0,0,80,80"],
             "region = not given; must be 0, 0, 80, 80, as given",
         ),
-        ({"mm_per_px": 50}, [], "mm_per_px = 50; must be in [1e-05, 10]. Is the unit right?"),
+        (
+            {"mm_per_px": 50},
+            [],
+            "mm_per_px = 50 mm a pixel; must be in [1e-05, 10]. Is it the size of one pixel, in mm?",
+        ),
         (
             {"region": [20, 0, 90, 90]},
             [],

@@ -71,10 +71,12 @@ def doubt(off: Floats) -> str:
     ]
     size = "large" if np.nanmean(off[worst]) > 0 else "small"
     looked_at = int(np.isfinite(off).any(axis=1).sum())
+    lie = "lies" if frames.size == 1 else "lie"
+    which = "the drawn mask" if looked_at == 1 else f"{frames.size} of {looked_at} drawn masks"
     return (
-        f"of {looked_at} drawn masks {frames.size} {'lies' if frames.size == 1 else 'lie'} off the edge that "
-        f"the picture shows; in frame {worst} {' and '.join(borders)} (medians, which must be within "
-        f"{_MOST:g} px), and the area is too {size} by as much: draw it again (plica masks --page)"
+        f"{which} {lie} off the edge that the picture shows; in frame {worst} {' and '.join(borders)} "
+        f"(medians, which must be within {_MOST:g} px), and the area is too {size} by as much: draw it again "
+        "(plica masks --page)"
     )
 
 

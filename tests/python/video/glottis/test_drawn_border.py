@@ -78,10 +78,11 @@ def test_the_sentence_names_the_frame_that_is_most_off() -> None:
     off = np.array([[0.2, -0.3], [np.nan, 2.0], [np.nan, np.nan], [-2.5, -1.8], [3.25, -0.1]])
     assert is_off(off).tolist() == [False, True, False, True, True]
     said = doubt(off)
-    assert said.startswith("of 4 drawn masks 3 lie off the edge that the picture shows; in frame 4")
+    assert said.startswith("3 of 4 drawn masks lie off the edge that the picture shows; in frame 4")
     assert "its left border 3.2 px outside and its right border 0.1 px inside" in said
     assert "must be within 1.5 px), and the area is too large" in said
     assert "in frame 1 its right border 2.0 px outside (" in doubt(off[:3])
+    assert doubt(off[3:4]).startswith("the drawn mask lies off the edge")
     assert "too small" in doubt(off[3:4])
 
 
@@ -101,7 +102,7 @@ def test_a_drawn_mask_that_is_too_wide_makes_the_light_amber(tmp_path: Path) -> 
         )
         said[by] = [text for text in found.doubts if "drawn mask" in text]
         if by:
-            assert any("Of 2 drawn masks 1 lies off" in text for text in light_of(found).reasons)
+            assert any("1 of 2 drawn masks lies off" in text for text in light_of(found).reasons)
             assert any("drawn masks" in text for text in found.measures["glottal_area_max"].cautions)
     assert said[0] == []
     (sentence,) = said[3]
