@@ -20,7 +20,7 @@ from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer
 from plica.storage.stored import Stored
 from plica.video.chain import Chain
-from plica.video.checks import corrected, drawn_masks, require_modes
+from plica.video.checks import corrected, drawn_masks, require_midline, require_modes
 from plica.video.dataset import dataset_of
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
@@ -103,6 +103,7 @@ def analyse(
             "glottis alone (plica glottis) fewer will do."
         )
     require_modes(chosen, recording)
+    require_midline(chosen, recording)
     drawn = None if masks is None else drawn_masks(masks, Path(source), recording)
     network = None if chosen.segmenter is None else Network(chosen.segmenter)
     where = Path(directory)
@@ -294,6 +295,7 @@ class Analysis:
     @cached_property
     def _of_glottis(self) -> list[str]:
         """What speaks against the glottal area."""
+        drawn = ("glottis/border_off",) if "glottis/border_off" in self else ()  # else an earlier version's
         return doubts(
             WholeGlottis(
                 self.area.total,
@@ -305,6 +307,7 @@ class Analysis:
                 self.settings.mm_per_px,
                 float(self["sides/blur"]),
                 self["glottis/confined"],
+                *(self[name] for name in drawn),
             )
         )
 

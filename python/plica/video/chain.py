@@ -25,7 +25,9 @@ from plica.video.errors import VideoError
 from plica.video.files.recording import Grey, Recording, spread
 from plica.video.glottis.brightness import dark_level
 from plica.video.glottis.coverage import to_stored
+from plica.video.glottis.drawn_border import border_off
 from plica.video.glottis.edge_blur import EdgeProfiles
+from plica.video.glottis.fold_edges import fold_edges
 from plica.video.glottis.frame_outline import Finder
 from plica.video.glottis.glottal_area import GlottalArea, areas
 from plica.video.glottis.hidden_slits import lost_to_blur
@@ -169,13 +171,12 @@ class Chain:
                 shape = (self._count, *self._shape)
                 lay_out(file, f"glottis/{name}", shape, np.uint8, "1", packed=True)
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
-            confined = np.zeros(self._count)
-            tissue = np.ones(self._shape, dtype=bool)
-            always = np.ones(self._shape, dtype=bool)
+            confined, off = np.zeros(self._count), np.full((self._count, 2), np.nan)
+            tissue, always = np.ones((2, *self._shape), dtype=bool)
             for index, frame in enumerate(self._watched("glottis", steady.frames(), self._count)):
                 mask, found = drawn.get(index), None
                 if mask is not None:
-                    band[index] = mask.sum()
+                    band[index], off[index] = mask.sum(), border_off(frame, mask)
                 elif lost[index]:
                     mask = np.zeros(self._shape, dtype=bool)
                     band[index] = np.nan
@@ -203,6 +204,7 @@ class Chain:
                 largest=band[:, 1],
                 border=border,
                 confined=confined,
+                border_off=off,
                 tissue=tissue,
             )
 
@@ -213,13 +215,15 @@ class Chain:
         line = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
         if ends is not None:
             self._require_both_sides(line)
-        midline = closing_in(self._results.coverages(), line, keep_ends=ends is not None)
+        meeting = closing_in(self._results.coverages(), line, keep_ends=ends is not None)
+        midline = meeting if ends is None else meeting.as_set
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
         folds = (tissue > 0) & midline.near(self._shape)
         light: list[tuple[float, ...]] = []
         right = midline.place(pixels(self._shape))[..., 1] > 0
         beside = [folds & ~right, folds & right]
-        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds)
+        edges = fold_edges(self._results.coverages(), midline)
+        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds, edges)
 
         def seen() -> Iterator[Grey]:
             frames = self._watched("kymograms", self._steady().frames(), self._count)
@@ -256,6 +260,7 @@ class Chain:
             "sides",
             **sides,
             midline=midline.numbers,
+            meeting=meeting.numbers,
             folds=folds,
             sharpness=sharpness,
             saturated=saturated,
@@ -324,9 +329,10 @@ class Chain:
         replaced(self._flows, write)
 
     def _flow_line(self) -> npt.NDArray[np.float64]:
-        """The midline, x, y of both ends and its bow. The flow is found again where this is over a pixel off
+        """The line in which the folds meet, as numbers. The flow is found again where it is over a pixel off
         the one that it took: a mask that is corrected moves it by less."""
-        return self._midline().numbers
+        name = "sides/meeting" if "sides/meeting" in self._results else "sides/midline"  # of before
+        return np.asarray(self._results.read(name)[0])
 
     def _flow_dark(self) -> float:
         """Grey level of the widest glottis. The flow is found again where this is over three grey levels off

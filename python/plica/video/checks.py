@@ -15,7 +15,7 @@ from plica.video.files.recording import Recording
 from plica.video.glottis.segmenter import read_masks
 from plica.video.settings import Settings
 
-__all__ = ["checked_masks", "corrected", "drawn_masks", "require_modes"]
+__all__ = ["checked_masks", "corrected", "drawn_masks", "require_midline", "require_modes"]
 
 Mask = npt.NDArray[np.bool_]
 
@@ -31,12 +31,28 @@ def require_modes(settings: Settings, recording: Recording) -> None:
         )
 
 
+def require_midline(settings: Settings, recording: Recording) -> None:
+    """VideoError for a midline that was set with an end outside the frames as used."""
+    if settings.midline is None:
+        return
+    height, width = recording.shape
+    x, y = settings.midline[::2], settings.midline[1::2]
+    if not (all(0 <= one <= width - 1 for one in x) and all(0 <= one <= height - 1 for one in y)):
+        raise VideoError(
+            f"Midline: {_told(settings.midline)} px; must have its ends within the frames as used (turned "
+            f"and cut), x in [0, {width - 1}] and y in [0, {height - 1}]. Was it read off other frames?"
+        )
+
+
 def checked_masks(drawn: Mapping[int, Mask], recording: Recording) -> dict[int, Mask]:
     """By frame, bool (h, w); VideoError for a frame that the recording does not have, a shape or a type."""
     found = {}
     for index, mask in drawn.items():
         if not 0 <= index < recording.count:
-            raise VideoError(f"Masks: frame {index}; must be in [0, {recording.count}).")
+            raise VideoError(
+                f"Masks: the mask of frame {index}; must be of a frame in [0, {recording.count - 1}], those "
+                f"of the recording ({recording.count}, counted from --from). Give it the number of its frame."
+            )
         if mask.shape != recording.shape or mask.dtype != np.bool_:
             raise VideoError(
                 f"Masks: that of frame {index} is {mask.dtype} of shape {mask.shape}; must be bool of "

@@ -24,8 +24,14 @@ SIGNALS = ("audio", "egg")
 """Settings that name a signal beside the picture."""
 _NONE = "none"  # no signal any more
 
-_RANGES = {"fps": (1.0, 1e7), "mm_per_px": (1e-5, 10.0)}
+_RANGES = {"fps": (1.0, 1e7), "mm_per_px": (1e-5, 10.0), "rotation": (-360.0, 360.0)}
 """Beyond any camera that films a larynx."""
+_UNITS = {"fps": "frames/s", "mm_per_px": "mm a pixel", "rotation": "degrees"}
+_ASKS = {
+    "fps": "Is it the rate of the camera, in frames a second?",
+    "mm_per_px": "Is it the size of one pixel, in mm?",
+    "rotation": "Is it the angle to turn by, in degrees?",
+}
 _LONGEST = 120  # characters of a label: one line of the page
 
 
@@ -127,14 +133,15 @@ class Settings:
             if number is None and name != "rotation":
                 continue
             if isinstance(number, bool) or not isinstance(number, int | float | np.integer):
-                raise VideoError(f"Video: {name} = {number!r}; must be a number.")
+                raise VideoError(f"Video: {name} = {number!r}; must be a number of {_UNITS[name]}.")
             if not (math.isfinite(number) and (number > 0 or name == "rotation")):
                 must = "finite" if name == "rotation" else "> 0 and finite, or left out if unknown"
-                raise VideoError(f"Video: {name} = {number:g}; must be {must}.")
-            least, most = _RANGES.get(name, (-math.inf, math.inf))
+                raise VideoError(f"Video: {name} = {number:g} {_UNITS[name]}; must be {must}. {_ASKS[name]}")
+            least, most = _RANGES[name]
             if not least <= number <= most:
                 raise VideoError(
-                    f"Video: {name} = {number:g}; must be in [{least:g}, {most:g}]. Is the unit right?"
+                    f"Video: {name} = {number:g} {_UNITS[name]}; must be in [{least:g}, {most:g}]. "
+                    f"{_ASKS[name]}"
                 )
         for name, value, known in (
             ("preset", self.preset, tuple(PRESETS)),

@@ -93,9 +93,9 @@ def test_the_report_draws_the_outline_on_the_frame_that_it_belongs_to(tmp_path: 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--fps", "-4000"], "fps = -4000; must be > 0"),
+        (["--fps", "-4000"], "fps = -4000 frames/s; must be > 0"),
         (["--preset", "fats"], 'preset = "fats"; must be one of robust'),
-        (["--fps", "nan"], "fps = nan; must be > 0 and finite"),
+        (["--fps", "nan"], "fps = nan frames/s; must be > 0 and finite"),
         (["--anterior", "up"], 'anterior = "up"; must be one of upper, lower'),
         (["--patient-left", "rihgt"], 'must be one of left, right. Did you mean "right"?'),
         (["--kymogram", "0.5,1.5"], "kymogram = 0.5, 1.5; must be places in [0, 1]"),
@@ -116,7 +116,7 @@ def test_a_bad_setting_ends_in_one_sentence(
 @pytest.mark.parametrize(
     ("masks", "said"),
     [
-        ({66: np.zeros((95, 97), bool)}, r"Masks: frame 66; must be in \[0, 66\)"),
+        ({66: np.zeros((95, 97), bool)}, r"mask of frame 66; must be of a frame in \[0, 65\]"),
         ({3: np.zeros((90, 97), bool)}, r"shape \(90, 97\); must be bool of \(95, 97\)"),
         ({3: np.zeros((95, 97))}, "is float64 of shape"),
     ],

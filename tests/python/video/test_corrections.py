@@ -98,6 +98,24 @@ def test_masks_midline_and_scale_arrive_in_the_analysis(copy: tuple[Path, Path],
     assert again["mm_per_px"] == 0.05
 
 
+def test_a_midline_that_is_dragged_moves_area_from_one_side_to_the_other(
+    copy: tuple[Path, Path], movie: Path
+) -> None:
+    """By 4 px, as by one: beside the line in which the folds meet it is not drawn back to that."""
+    directory, page = copy
+    found = load(directory)
+    line, area, amplitude = found.midline, found.area, found.measures["amplitude_left"].value
+    for by in (1, 4):
+        ends = (line.ends + np.array([by, 0, by, 0])).tolist()
+        file = saved(page, directory / "c.json", midline=ends)
+        assert _glottis(movie, directory, "--corrections", file) == 0
+        found = load(directory)
+        assert not found.midline.bow
+        assert (found.area.left - area.left).max() > 0.6 * by * line.length
+        assert found.area.total == pytest.approx(area.total)
+        assert found.measures["amplitude_left"].value == pytest.approx(amplitude, abs=0.1)
+
+
 def test_only_a_scale_keeps_the_masks_that_were_drawn(copy: tuple[Path, Path], movie: Path) -> None:
     directory, page = copy
     mask = {3: SyntheticGlottis(MOVIE).mask(3)}
@@ -178,7 +196,11 @@ def test_masks_that_tell_nothing_change_nothing(
             ["--region", "0,0,80,80"],
             "region = not given; must be 0, 0, 80, 80, as given",
         ),
-        ({"mm_per_px": 50}, [], "mm_per_px = 50; must be in [1e-05, 10]. Is the unit right?"),
+        (
+            {"mm_per_px": 50},
+            [],
+            "mm_per_px = 50 mm a pixel; must be in [1e-05, 10]. Is it the size of one pixel, in mm?",
+        ),
         (
             {"region": [20, 0, 90, 90]},
             [],

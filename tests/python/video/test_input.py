@@ -177,12 +177,24 @@ SETTINGS: dict[str, tuple[list[str], str]] = {
         ["--midline", "-5,-5,-5,-5"],
         "ends = (-5.0, -5.0), (-5.0, -5.0) px; must be two",
     ),
-    "no frame rate": (["--fps", "0"], "fps = 0; must be > 0 and finite"),
-    "frame rate not a number": (["--fps", "nan"], "fps = nan; must be > 0"),
-    "frame rate of nothing": (["--fps", "1e-300"], "fps = 1e-300; must be in [1, 1e+07]"),
-    "negative pixel": (["--mm-per-px", "-1"], "mm_per_px = -1; must be > 0"),
-    "pixel in exponents": (["--mm-per-px", "-1e-2"], "mm_per_px = -0.01; must be > 0"),
-    "pixel beyond the earth": (["--mm-per-px", "1e300"], "mm_per_px = 1e+300; must be in [1e-05, 10]"),
+    "midline beyond the frame": (
+        ["--midline", "28,-400,28,900"],
+        "Midline: 28, -400, 28, 900 px; must have its ends within the frames as used (turned and cut), "
+        "x in [0, 63] and y in [0, 63]",
+    ),
+    "turned without end": (["--rotation", "1e9"], "rotation = 1e+09 degrees; must be in [-360, 360]"),
+    "no frame rate": (["--fps", "0"], "fps = 0 frames/s; must be > 0 and finite"),
+    "frame rate not a number": (["--fps", "nan"], "fps = nan frames/s; must be > 0"),
+    "frame rate of nothing": (
+        ["--fps", "1e-300"],
+        "fps = 1e-300 frames/s; must be in [1, 1e+07]. Is it the rate of the camera",
+    ),
+    "negative pixel": (["--mm-per-px", "-1"], "mm_per_px = -1 mm a pixel; must be > 0"),
+    "pixel in exponents": (["--mm-per-px", "-1e-2"], "mm_per_px = -0.01 mm a pixel; must be > 0"),
+    "pixel beyond the earth": (
+        ["--mm-per-px", "1e300"],
+        "mm_per_px = 1e+300 mm a pixel; must be in [1e-05, 10]",
+    ),
     "many modes": (["--modes", "100000"], "modes = 100000; must be at most 22 for 24 frames of 64 x 64 px"),
     "a mode too many": (["--modes", "23"], "modes = 23; must be at most 22"),
 }

@@ -213,14 +213,16 @@ def _check_region(source: FrameSource, region: Region | None) -> None:
         0 <= region.x < region.x + region.width <= width
         and 0 <= region.y < region.y + region.height <= height
     )
+    given = f"Recording: region = {region.x}, {region.y}, {region.width}, {region.height} px"
     if not inside:
         raise VideoError(
-            f"Recording: region = {region.x}, {region.y}, {region.width}, {region.height} px; must lie "
-            f"within the frames of {width} x {height} px."
+            f"{given}; must lie within the frames of {width} x {height} px, as they are turned, and be wider "
+            "and higher than 0. They are x and y of its upper left corner, its width and its height."
         )
     if min(region.width, region.height) < 16:
         raise VideoError(
-            f"Recording: region of {region.width} x {region.height} px; must be at least 16 x 16 px."
+            f"{given}, is {region.width} x {region.height} px; must be at least 16 x 16 px. Leave "
+            "some tissue about the glottis."
         )
 
 
@@ -231,7 +233,10 @@ def _scale(source: FrameSource) -> tuple[float, float]:
         least, largest = min(least, float(frame.min())), max(largest, float(frame.max()))
     ends = (least, largest)
     if not ends[1] > ends[0]:
-        raise VideoError(f"Recording: {source.name}: every pixel is {ends[0]:g}; must be an image.")
+        raise VideoError(
+            f"Recording: {source.name}: every pixel is {ends[0]:g}; must be an image with light and dark. "
+            "Is it the right file, or the right data set in it?"
+        )
     counts = np.zeros(_BINS, dtype=np.int64)
     for frame in read(source, 0, source.count):
         counts += np.histogram(frame, bins=_BINS, range=ends)[0]

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from plica.video.glottis.brightness import blurred
 from plica.video.glottis.midline import Midline
 
-__all__ = ["EdgeProfiles"]
+__all__ = ["EdgeProfiles", "normals"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -48,7 +48,7 @@ class EdgeProfiles:
         if depth.max() < _REACH:
             return
         depth -= ndimage.distance_transform_edt(~glottis)
-        places, outward = _normals(glottis, depth)
+        places, outward = normals(glottis, depth)
         lines = places[:, :, None] + outward[:, :, None] * self._offsets  # (2, n, samples)
         ends = ndimage.map_coordinates(depth, lines[:, :, [_END - 1, -_END]], order=1, mode="nearest")
         clear = (ends[:, 0] >= _CLEAR * _REACH) & (ends[:, 1] <= -_CLEAR * _REACH)
@@ -82,7 +82,7 @@ class EdgeProfiles:
         return float(min(found, default=np.nan))
 
 
-def _normals(glottis: Mask, depth: Floats) -> tuple[Floats, Floats]:
+def normals(glottis: Mask, depth: Floats) -> tuple[Floats, Floats]:
     """(2, n) row and column of the pixels at the outline, and the outward normals there."""
     from scipy import ndimage
 

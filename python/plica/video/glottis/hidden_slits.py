@@ -1,4 +1,4 @@
-"""Slits that blur hides from the outline, by how much they darken the line in which the folds meet.
+"""Slits that blur hides from the outline, by how much they darken the place in which the folds meet.
 
 The outline halfway from the glottis' dark D to the tissue loses slits that blur makes too bright
 (:mod:`.blurred_slit`). But blur moves light about and takes none away: tissue that leaves the
@@ -7,7 +7,9 @@ core, the pixels next to the midline, takes its grey levels with it, so that on 
     w = ((C - c R)_closed - (C - c R)) / (R - D),
 
 w being the slit's width, C the sum over the c px of the core, and R the mean of the rim beyond, which has the
-light and the shade that both have (docs/recordings_method.md, "Slits that blur hides"). Closed folds are
+light and the shade that both have (docs/recordings_method.md, "Slits that blur hides"). The core lies where
+the slit does, or where the folds touch: out of phase they part and meet beside the midline, where a core on
+it would have no slit and the rim would, as shade. Closed folds are
 those of the frames without a slit on this line in which the lines about it, not itself, are brightest: by its
 own brightness noise would choose.
 """
@@ -24,7 +26,7 @@ from plica.video.glottis.blurred_slit import hidden_width, outline_width
 from plica.video.glottis.glottal_area import GlottalArea, LostToBlur
 from plica.video.glottis.midline_profiles import GreyLines
 
-__all__ = ["closure", "lost_to_blur"]
+__all__ = ["beside_midline", "closure", "lost_to_blur"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -87,18 +89,37 @@ def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask, left: float = 0.
     hidden[:, (area == 0) & (hidden.sum(axis=(0, 2)) < closure * area.max())] = 0.0
     sides = np.maximum(lines.width + hidden, 0.0)
     width = sides.sum(axis=0)
-    inner = np.where(known, sides - _narrower(sides, width - outline_width(width, blur, _INNER)), 0.0)
+    narrower = _narrower(sides, width - outline_width(width, blur, _INNER))
+    inner = np.where(known, sides - narrower, 0.0)
     low, high = (outline_width(width, blur, share).sum(axis=1) for share in _BAND)
     besides = np.where(narrow & (seen == 0), np.maximum(most - width, 0.0), 0.0)
     seems_closed = ((seen == 0) & known).any(axis=0)
     besides += np.where((seen > 0) & known & seems_closed, _DIMMED * blur, 0.0)
     return LostToBlur(
-        outline=_of_lines(hidden, seen > 0, lines.middle, left),
-        inner=_of_lines(inner, seen > 0, lines.middle, left),
+        outline=_of_lines(beside_midline(hidden, lines.width, lines.place), seen > 0, lines.middle, left),
+        inner=_of_lines(beside_midline(inner, narrower, lines.place), seen > 0, lines.middle, left),
         band=np.where(outlined, high - low, 0.0),
         most=besides.sum(axis=1),
         shade=shade,
     )
+
+
+def beside_midline(wider: Floats, width: Floats, place: Floats) -> Floats:
+    """(2, frames, lines) px, left and right of the midline, of what slits are wider on either side of their
+    place.
+
+    Parameters
+    ----------
+    wider, width : (2, frames, lines) px
+        By how much, and of slits as they are, left and right of the place; below 0 where they are narrower.
+    place : (frames, lines) px
+        Right of the midline.
+    """
+    way = np.array([-1.0, 1.0])[:, None, None]
+    ends = place + way * width, place + way * (width + wider)
+    low, high = np.minimum(*ends), np.maximum(*ends)
+    right = np.where(high > low, np.clip(high / np.maximum(high - low, 1e-12), 0.0, 1.0), 0.0)
+    return np.stack([((1 - right) * wider).sum(axis=0), (right * wider).sum(axis=0)])
 
 
 def _narrower(width: Floats, by: Floats) -> Floats:
@@ -125,8 +146,7 @@ def _darkness(lines: GreyLines, outlined: Mask, near: Mask) -> tuple[Floats, flo
     lit = bright > 0
     light = np.where(lit, bright / np.median(bright[lit]), 1.0)[:, None] if lit.any() else np.float64(1.0)
     rim = ndimage.gaussian_filter1d((lines.rim - lines.dark) / light, _RIM_ALONG, axis=2)
-    extent = lines.extent[:, None]
-    core, rims = (lines.core - extent * lines.dark) / light, extent * rim
+    core, rims = (lines.core - lines.extent * lines.dark) / light, lines.extent * rim
     seen = lines.width.sum(axis=0)
     without = (seen == 0) & outlined[:, None]
     over_rim, both = core - rims, np.stack([core, rims])

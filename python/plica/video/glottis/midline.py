@@ -37,7 +37,7 @@ _WIDE, _HALF = (
     4,
     0.5,
 )  # px, and share of the extent of the lesser part beside it, over which a strand parts it
-_KNOTS = 65  # of a bow that is found
+_KNOTS, _END = 65, 3  # of a bow that is found; those that tell where it ends
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,17 @@ class Midline:
         """The line of these :attr:`numbers`."""
         ends, bow = numbers[:4], numbers[4:]
         return cls.between(ends, bow if np.any(bow) else ())
+
+    @property
+    def as_set(self) -> Midline:
+        """The line with ends that somebody set, of this one in which the folds meet beside it
+        (:func:`closing_in`): through its ends, and between them bowed as the folds meet."""
+        if not self.bow:
+            return self
+        bow = np.array(self.bow)
+        first, last = (float(np.median(part)) for part in (bow[:_END], bow[-_END:]))
+        rest = bow - np.linspace(first, last, bow.size)
+        return replace(self, bow=tuple(rest.tolist()) if np.abs(rest).max() > _BOWED else ())
 
     @property
     def numbers(self) -> Floats:
@@ -207,7 +218,8 @@ def closing_in(glottis: Iterable[Covered], line: Midline, *, keep_ends: bool = F
     line : Midline
         Straight.
     keep_ends : bool
-        Whether its ends are those that somebody set; else they come to lie where the folds meet there.
+        Whether its ends are those that somebody set, which the folds may meet beside; else they come to lie
+        where the folds meet there.
     """
     sums: Floats | None = None  # of 1, w, w w, m, m w over the slits of each line, weighted; of the slits
     slits: Slits | None = None

@@ -262,7 +262,10 @@ def _opened(path: Path, name: str) -> Any:
     try:
         return onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
     except Exception as error:  # ONNX Runtime's have no base of their own
-        raise VideoError(f"Segmenter: {name} cannot be read as an ONNX model: {_first_line(error)}") from None
+        raise VideoError(
+            f"Segmenter: {name} cannot be read as an ONNX model: {_first_line(error)}; must be one (.onnx). "
+            "Export the network to ONNX again (docs/recording_files.md)."
+        ) from None
 
 
 def _first_line(error: Exception) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.measures.pulses import autocorrelation_frequency
+from plica.video.glottis import drawn_border
 from plica.video.glottis.midline import Midline
 
 __all__ = ["WholeGlottis", "doubts"]
@@ -48,6 +49,8 @@ class WholeGlottis:
         px, standard deviation, of the edges; None or not a number: not known.
     confined : (frames) or None
         Share of the outline on the limit of where the glottis was looked for; None: not known.
+    border_off : (frames, 2) or None
+        px that the borders of drawn masks lie outside the edge in the picture; None: not known.
     """
 
     total: Floats
@@ -59,6 +62,7 @@ class WholeGlottis:
     mm_per_px: float | None = None
     blur: float | None = None
     confined: Floats | None = None
+    border_off: Floats | None = None
 
 
 def doubts(seen: WholeGlottis) -> list[str]:
@@ -105,6 +109,8 @@ def doubts(seen: WholeGlottis) -> list[str]:
             "be far wider: draw the mask of a frame where it is widest (plica masks), or film more tissue "
             "about it"
         )
+    if seen.border_off is not None and (off := drawn_border.doubt(seen.border_off)):
+        found.append(off)
     ends = _ends(seen)
     if ends:
         found.append(f"{ends}: area, length and what is relative to it are those of a part of the glottis")

@@ -100,6 +100,43 @@ def test_folds_that_meet_on_a_straight_line_have_a_midline_without_a_bow() -> No
     assert (edges.left + edges.right)[~edges.open] == pytest.approx(0.0)
 
 
+def _moved(line: Midline, by: float) -> Midline:
+    return Midline.between(line.ends + np.array([by, 0, by, 0]))
+
+
+@pytest.mark.parametrize("by", [-4.0, 1.0, 4.0])
+def test_a_midline_that_is_set_beside_the_folds_stays_there(by: float) -> None:
+    """It divides the area; how far the edges swing does not depend on it."""
+    masks = _masks(
+        lambda turn, shape: -shape * np.maximum(0, 3 + 7 * np.sin(turn)),
+        lambda turn, shape: shape * np.maximum(0, 2 + 5 * np.sin(turn + 0.5)),
+    )
+    found = find_midline(masks)
+    line = closing_in(masks, _moved(found, by), keep_ends=True).as_set
+    assert not line.bow
+    before, after = areas(masks, found), areas(masks, line)
+    assert after.total == pytest.approx(before.total)
+    assert (
+        (after.left - before.left).max() > 0.7 * by * _LENGTH
+        if by > 0
+        else after.left.sum() < before.left.sum()
+    )
+    for name in ("amplitude_left", "amplitude_right", "left_right_phase"):
+        assert _sides(after)[name] == pytest.approx(_sides(before)[name], abs=0.1), name
+
+
+@pytest.mark.parametrize("by", [0.0, 3.0])
+def test_between_ends_that_are_set_the_line_has_the_bow_in_which_folds_meet(by: float) -> None:
+    masks = _masks(
+        lambda _, shape: -8 * shape, lambda turn, shape: shape * np.maximum(3 + 7 * np.sin(turn), -8)
+    )
+    commissures = Midline((_MIDDLE, _TOP), (_MIDDLE, _TOP + _LENGTH))
+    line = closing_in(masks, _moved(commissures, by), keep_ends=True).as_set
+    assert line.ends == pytest.approx(_moved(commissures, by).ends)
+    bow = line.bow_at(np.array([0.0, 0.5, 1.0]) * line.length)
+    assert bow == pytest.approx([0.0, -8.0, 0.0], abs=1.0)
+
+
 def test_a_strand_over_the_glottis_takes_nothing_from_edges_and_area() -> None:
     masks = _masks(
         lambda turn, shape: -shape * (3 + 8 * np.sin(turn)),

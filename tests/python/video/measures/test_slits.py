@@ -16,8 +16,9 @@ from plica.measures.scale import Scale
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import Analysis, analyse
 from plica.video.glottis.blurred_slit import hidden_width, outline_width
+from plica.video.glottis.fold_edges import fold_edges
 from plica.video.glottis.glottal_area import GlottalArea, LostToBlur
-from plica.video.glottis.hidden_slits import lost_to_blur
+from plica.video.glottis.hidden_slits import beside_midline, lost_to_blur
 from plica.video.glottis.midline import Midline
 from plica.video.glottis.midline_profiles import MidlineGrey
 from plica.video.measures.slit_measures import differs, noted, open_besides
@@ -56,19 +57,30 @@ def _opening() -> np.ndarray:
     return 4.0 * np.maximum(0.0, 0.5 + np.sin(turn))[:, None] * (4 * along * (1 - along))
 
 
-def _frames(blur: float, noise: float, *, light: float = 0.0, groove: float = 0.0) -> list[np.ndarray]:
+def _beside(aside: float) -> np.ndarray:
+    """(frames) px right of the line, of folds that part on one side of it and meet on the other."""
+    return aside * np.cos(2 * np.pi * np.arange(_FRAMES) / _PERIOD)
+
+
+def _frames(
+    blur: float, noise: float, *, light: float = 0.0, groove: float = 0.0, aside: float = 0.0
+) -> list[np.ndarray]:
     """Each as its own light has it, between folds that shade a groove as they close."""
     random = np.random.default_rng(3)
     tissue = 140 + 15 * 7 * ndimage.gaussian_filter(random.standard_normal((_SIZE, _SIZE)), 2.0)
-    off = np.arange(_SIZE) - (_SIZE - 1) / 2
+    middle = np.arange(_SIZE) - (_SIZE - 1) / 2
     centre = 0.3 * np.sin(np.arange(_SIZE))[:, None]
     found = []
-    for t, width in enumerate(_opening()):
+    for t, (width, place) in enumerate(zip(_opening(), _beside(aside), strict=True)):
+        off = middle - place
         half = width[:, None] / 2
         ends = np.minimum(centre + half, off + 0.5), np.maximum(centre - half, off - 0.5)
         dark = np.clip(ends[0] - ends[1], 0.0, 1.0)  # share of each pixel
         moved = np.stack(
-            [np.interp(off - np.sign(off) * h, off, row) for h, row in zip(half[:, 0], tissue, strict=True)]
+            [
+                np.interp(off - np.sign(off) * h, middle, row)
+                for h, row in zip(half[:, 0], tissue, strict=True)
+            ]
         )
         shade = groove * np.exp(-(off**2) / 32) * (half > 0) * (half < 1.5)
         frame = ndimage.gaussian_filter((1 - dark) * (1 - shade) * moved + dark * _DARK, blur)
@@ -79,12 +91,12 @@ def _frames(blur: float, noise: float, *, light: float = 0.0, groove: float = 0.
 
 def _lost(frames: list[np.ndarray], blur: float) -> tuple[np.ndarray, LostToBlur]:
     """(frames) px^2 by the outline halfway, and what that loses."""
-    lines, area = MidlineGrey(_LINE, _TISSUE), []
-    for frame in frames:
-        glottis = ndimage.binary_opening(frame < (140 + _DARK) / 2, np.ones((2, 1)))
-        glottis[:, np.abs(np.arange(_SIZE) - _SIZE / 2) > 6] = False
-        lines.add(frame, glottis)
-        area.append(float(glottis.sum()))
+    glottis = [ndimage.binary_opening(frame < (140 + _DARK) / 2, np.ones((2, 1))) for frame in frames]
+    lines = MidlineGrey(_LINE, _TISSUE, fold_edges(glottis, _LINE))
+    area = []
+    for frame, mask in zip(frames, glottis, strict=True):
+        lines.add(frame, mask)
+        area.append(float(mask.sum()))
     outlined = np.ones(len(frames), dtype=bool)
     return np.array(area), lost_to_blur(lines.lines(), float(np.hypot(blur, 0.3)), outlined)
 
@@ -102,6 +114,46 @@ def test_the_darkness_of_a_slit_tells_its_width_whatever_the_blur(
     assert lost.by_blur_alone
     left, right = lost.outline.left[narrow].sum(), lost.outline.right[narrow].sum()
     assert left == pytest.approx(right, rel=0.25)  # texture differs left and right
+
+
+@pytest.mark.parametrize("aside", [-6.0, 4.0, 6.0])
+def test_a_slit_is_measured_where_it_is_however_far_beside_the_midline(aside: float) -> None:
+    """Of folds out of phase, which part on one side of the line and meet on the other."""
+    area, lost = _lost(_frames(0.9, 1.0, aside=aside), 0.9)
+    true = _opening().sum(axis=1)
+    narrow = (true > 0) & (true < 0.35 * true.max())
+    assert area[narrow].sum() < 0.85 * true[narrow].sum()
+    assert (area + lost.outline.total)[narrow].sum() == pytest.approx(true[narrow].sum(), rel=0.1)
+    # Tissue whose texture moves beside the line by six pixels is not as alike as tissue that rests.
+    assert np.abs(lost.outline.total[true == 0]).max() < 0.08 * true.max()
+    assert lost.by_blur_alone
+    for side, own in (("left", -1), ("right", 1)):
+        far = narrow & (own * _beside(aside) > 3.0)
+        assert getattr(lost.outline, side)[far].sum() > 0.9 * lost.outline.total[far].sum() > 20
+
+
+@pytest.mark.parametrize("aside", [-5.0, 4.0])
+def test_a_film_of_folds_far_out_of_phase_has_its_whole_area(tmp_path: Path, aside: float) -> None:
+    np.save(tmp_path / "film.npy", np.stack(_frames(0.9, 1.0, aside=aside)).clip(0, 255).astype(np.uint8))
+    settings = Settings(fps=4000, correct_drift=False)
+    found = analyse(tmp_path / "film.npy", tmp_path / "a", settings, until="glottis", progress=False)
+    part = found.cycles_in_frames.extent(np.arange(float(_FRAMES)))
+    true, outline = _opening().sum(axis=1)[part].mean(), found.area.total[part].mean()
+    measured = found.measures["glottal_area_mean"]
+    assert outline < 0.9 * true
+    assert measured.value == pytest.approx(true, rel=0.05)
+    assert measured.interval[0] <= true <= measured.interval[1]
+
+
+def test_what_slits_are_wider_lies_on_the_side_of_the_midline_where_it_is() -> None:
+    width, wider = np.full((2, 1, 4), 0.5), np.full((2, 1, 4), 1.0)
+    places = np.array([[-3.0, 0.0, 3.0, 1.0]])  # 1.0: from 0.5 to the left edge at -0.5
+    left, right = beside_midline(wider, width, places)
+    assert left[0].tolist() == pytest.approx([2.0, 1.0, 0.0, 0.5])
+    assert right[0].tolist() == pytest.approx([0.0, 1.0, 2.0, 1.5])
+    narrower = beside_midline(-wider / 2, width, places)
+    assert narrower.sum(axis=0)[0].tolist() == pytest.approx([-1.0] * 4)
+    assert narrower[0, 0].tolist() == pytest.approx([-1.0, -0.5, 0.0, 0.0])
 
 
 def test_the_band_and_the_inner_outline_are_narrowed_by_blur_as_predicted() -> None:
