@@ -119,6 +119,7 @@ void bind_tangent(py::module_& engine) {
       .def_property_readonly("flow_by_area", give_member(&FlowTangent::flow_by_area))
       .def_readonly("flow_by_drop", &FlowTangent::flow_by_drop)
       .def_property_readonly("momentum_by_area", dense(&FlowTangent::momentum_by_area))
+      .def_property_readonly("pressure_by_expansion", dense(&FlowTangent::pressure_by_expansion))
       .def_property_readonly("momentum_by_drop", give_member(&FlowTangent::momentum_by_drop))
       .def_property_readonly("from_below", give_member(&FlowTangent::from_below))
       .def_readonly("kink", &FlowTangent::kink);

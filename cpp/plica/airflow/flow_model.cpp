@@ -126,16 +126,41 @@ void set_slit_flow(const Air& air, double exit, const SlitLoss& loss, const Slit
   set_ends(air, from_below, walls->displaced, state);
 }
 
+/// -, (s): whether the stream of floored areas a follows the wall: 1 where a = m, falling linearly in a to 0 where
+/// it leaves the wall, a = r m.
+Vector following(const Vector& a, double r) {
+  Vector share(a.size());
+  double m = a[0];
+  for (std::ptrdiff_t i = 0; i < a.size(); ++i) {
+    m = std::min(m, a[i]);
+    share[i] = std::max(0.0, (r * m - a[i]) / ((r - 1) * m));
+  }
+  return share;
+}
+
 /// The pressures and the power that accelerate the air, of a flow whose steady part is known.
-void accelerate(const AirInertia& inertia, const AirwayExpansion* moving, FlowState& state) {
+void accelerate(const AirInertia& inertia, FlowState& state) {
   const Vector change = inertia.rate * state.momentum - inertia.past;  // Pa, dPhi/dt
   const double all = change[change.size() - 1];
-  const Vector beyond = all - change.array();  // from each section on
-  state.pressure += beyond;
+  state.pressure.array() += all - change.array();
   state.inertial_power = all * state.flow;
-  if (!moving) return;
-  const double from_below = state.flow_below - state.flow - moving->below;  // of the sections
-  const double displaced = all * from_below - beyond.dot(moving->sections);
+}
+
+/// What flows past each section beside U to fill the room that walls make further on makes it faster there; with
+/// `share` of what a section makes room for filled so, inverse_squares 1 / e^2. The power that this and inertia
+/// take from the walls.
+void fill(double density, const Vector& share, const Vector& inverse_squares, const AirwayExpansion& moving,
+          FlowState& state) {
+  double further = 0;  // m^3/s, W
+  for (std::ptrdiff_t i = share.size() - 1; i >= 0; --i) {
+    const double own = share[i] * moving.sections[i];
+    state.pressure[i] -= density * std::abs(state.flow) * (further + 0.5 * own) * inverse_squares[i];
+    further += own;
+  }
+  const double drop = state.subglottal_pressure - state.supraglottal_pressure;
+  const double from_below = state.flow_below - state.flow - moving.below;  // of the sections
+  const double displaced =
+      drop * from_below - (state.pressure.array() - state.supraglottal_pressure).matrix().dot(moving.sections);
   state.inertial_power += displaced;
   state.supplied_power += displaced;
 }
@@ -256,9 +281,16 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   }
   const double exit = stream[count - 1], total = resistance[count - 1];
   SlitWalls walls;
-  if (moving)
+  Vector share, inverse_squares;  // with inertance and walls that move
+  if (moving) {
     walls = {moving->below, moving->total(), (exit - stream.array()).matrix().dot(moving->sections),
              (total - resistance.array()).matrix().dot(moving->sections)};
+    if (model.inertance) {
+      share = following(a, r);
+      inverse_squares = stream;
+      walls.head = exit * share.dot(moving->sections);
+    }
+  }
   SlitLoss loss{total};
   Vector inertance;  // L, Pa s^2/m^3
   if (model.inertance) {
@@ -279,7 +311,8 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   state.viscous_power = total * state.flow * state.flow;
   if (model.inertance) {
     state.momentum = state.flow * inertance;
-    if (air.inertia) accelerate(*air.inertia, moving, state);
+    if (air.inertia) accelerate(*air.inertia, state);
+    if (moving) fill(air.density, share, inverse_squares, *moving, state);
   }
   return state;
 }

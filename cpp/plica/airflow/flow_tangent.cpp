@@ -63,6 +63,13 @@ FlowTangent flow_tangent(const Airflow& airflow, const Vector& areas, const Air&
   found.flow_by_drop = (more[count] - less[count]) / (2 * step);
   found.momentum_by_drop = (more - less).tail(momenta) / (2 * step);
   found.from_below = here.head(count) / drop;
+  found.pressure_by_expansion.resize(momenta, momenta);
+  for (std::ptrdiff_t j = 0; j < momenta; ++j) {  // linear
+    const AirwayExpansion moving{0.0, found.state.flow * Vector::Unit(count, j), 0.0};
+    const FlowState filled = airflow.evaluate(areas, air, false, std::nullopt, &moving);
+    found.pressure_by_expansion.col(j) = (filled.pressure - found.state.pressure) / found.state.flow;
+    found.from_below[j] = (filled.flow_below - filled.flow) / found.state.flow;
+  }
   return found;
 }
 

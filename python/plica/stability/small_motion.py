@@ -298,7 +298,8 @@ class _Air:
         if lags:
             momentum = np.asarray(tangent.momentum_by_area) @ areas
             by_lag = np.asarray(tangent.momentum_by_drop)
-            right = np.column_stack((by_drop, momentum[-1] - momentum, by_lag[-1] - by_lag))
+            by_rates = momentum[-1] - momentum + np.asarray(tangent.pressure_by_expansion) @ of_sections
+            right = np.column_stack((by_drop, by_rates, by_lag[-1] - by_lag))
             found = np.linalg.solve(within_sections, right)
             flows = by_area @ left[:, :-2] @ found
             flows[0] += flow_by_drop

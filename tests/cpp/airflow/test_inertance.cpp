@@ -189,30 +189,69 @@ TEST_CASE("what accelerates the air is what ends, jet, friction and walls leave,
     CHECK(std::abs(in - out - walls - flow.supplied_power) < 1e-12 * scale);
     CHECK(std::abs(flow.supplied_power - flow.jet_power - flow.viscous_power - flow.inertial_power) <
           1e-12 * scale);
-    // The same from the pressure gradient of inertia and the flow at each height.
-    const Vector change = inertia.rate * flow.momentum - inertia.past;
-    double inertial = 0, along = flow.flow_below - moving.below;
-    for (int k = 0; k < 7; ++k) {
-      along -= moving.sections[k];
-      inertial += (change[k + 1] - change[k]) * along;
-    }
-    CHECK(std::abs(inertial) > 1e-6);
-    CHECK(std::abs(inertial - flow.inertial_power) < 1e-12 * scale);
+    CHECK(std::abs(flow.inertial_power) > 1e-6);
     CHECK(flow.flow_below - flow.flow_above == approx(moving.total()).epsilon(1e-10));
   }
+}
+
+TEST_CASE("walls of a straight slit that open draw air from below, to first order in their rate") {
+  // The jet has the velocity v = sqrt(2 D / rho) whatever a(t), p = -rho v a' / a (z_s - z), and the air gains
+  // d/dt (rho l a v^2 / 2) beside what this pressure gives to the walls.
+  const int count = 41;
+  const double l = 4e-3, a = 1e-5, D = 600, density = 1.23, v = std::sqrt(2 * D / density), dz = l / (count - 1);
+  const Vector height = Vector::LinSpaced(count, 0.0, l), width = Vector::Constant(count, length);
+  const AirInertia inertia{2e4, 2e4 * density * v * height};  // momenta stay as they are
+  Air air;
+  air.subglottal_pressure = D;
+  air.density = density;
+  air.inertia = &inertia;
+  for (const double opening : {3e-3, -3e-3}) {  // m^2/s
+    AirwayExpansion moving{0.0, Vector::Constant(count, opening * dz), 0.0};
+    moving.sections[0] *= 0.5;
+    moving.sections[count - 1] *= 0.5;
+    const FlowState flow =
+        viscous_slit_flow({1.2, 0.0, 3e-4, true}, air, {height, width}, Vector::Constant(count, a), &moving);
+    CHECK(flow.flow == approx(v * a).epsilon(1e-12));
+    CHECK(flow.flow_below - flow.flow == approx(opening * l).epsilon(1e-12));
+    CHECK(flow.flow_above == approx(flow.flow).epsilon(1e-12));
+    for (int i = 1; i + 1 < count; ++i)
+      CHECK(flow.pressure[i] == approx(-density * v * opening / a * (l - height[i])).epsilon(1e-9));
+    const double gained = 0.5 * density * l * opening * v * v, walls = flow.pressure.dot(moving.sections);
+    CHECK(walls == approx(-0.5 * density * v * opening * opening * l * l / a).epsilon(1e-3));
+    CHECK(flow.inertial_power == approx(gained - walls).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("nothing in the jet, and the wall pressure of a slit with inertance is continuous where it leaves") {
+  Vector height = Vector::LinSpaced(5, 0.0, 2e-3), areas(5);
+  const Vector width = Vector::Constant(5, length);
+  areas << 4e-5, 1e-5, 1.1e-5, 3e-5, 5e-5;
+  const AirwayExpansion moving{0.0, Vector::Constant(5, 1e-6), 0.0};
+  const ViscousSlit model{1.2, 0.0, 3e-4, true};
+  const FlowState still = viscous_slit_flow(model, {}, {height, width}, areas);
+  const FlowState flow = viscous_slit_flow(model, {}, {height, width}, areas, &moving);
+  const double density = Air{}.density;
+  const auto lower = [&](int i, double filled) { return -density * flow.flow * filled / (areas[i] * areas[i]); };
+  const Vector change = flow.pressure - still.pressure;
+  CHECK(change[0] == approx(lower(0, 2e-6)).epsilon(1e-9));  // half of its own, the throat's, half of the next
+  CHECK(change[1] == approx(lower(1, 1e-6)).epsilon(1e-9));
+  CHECK(change[2] == approx(lower(2, 0.25e-6)).epsilon(1e-9));
+  CHECK(change[3] == 0);
+  CHECK(change[4] == 0);
+  CHECK(flow.flow_below - flow.flow == approx(2.5e-6).epsilon(1e-9));
 }
 
 TEST_CASE("areas between sections are linear: a wedge has a logarithm") {
   Vector height(3), areas(3);
   const Vector width = Vector::Constant(3, length);
   height << 0, 1e-3, 4e-3;
-  areas << 2e-5, 2.0001e-5, 5e-6;  // a series, and not
+  areas << 2e-5, 2.07e-5, 5e-6;  // a series, and not
   const FlowState flow = viscous_slit_flow({1.2, 0.0, 3e-4, true}, {}, {height, width}, areas);
   const double density = Air{}.density;
   CHECK(flow.momentum[0] == 0);
-  CHECK(flow.momentum[1] == approx(density * flow.flow * 1e-3 * std::log(2.0001 / 2) / 1e-9).epsilon(1e-9));
+  CHECK(flow.momentum[1] == approx(density * flow.flow * 1e-3 * std::log(2.07 / 2) / 7e-7).epsilon(1e-12));
   CHECK(flow.momentum[2] - flow.momentum[1] ==
-        approx(density * flow.flow * 3e-3 * std::log(2.0001e-5 / 5e-6) / 1.5001e-5).epsilon(1e-12));
+        approx(density * flow.flow * 3e-3 * std::log(2.07e-5 / 5e-6) / 1.57e-5).epsilon(1e-12));
   CHECK(flow.inertial_power == 0);
   CHECK(viscous_slit_flow({}, {}, {height, width}, areas).momentum.size() == 0);
 }
@@ -292,10 +331,17 @@ TEST_CASE("momenta answer to areas and to the drop as their tangent says, and wi
     CHECK(left.back() < 0.05 * change.norm());
   }
   CHECK(left[0] / left[1] == approx(4).epsilon(0.02));
+  AirwayExpansion moving{0.0, 1e-7 * way / a, 0.0};
+  const FlowState filled = slit.airflow.evaluate(narrowing, {D, 1.23}, false, std::nullopt, &moving);
+  const Vector lower = filled.pressure - smooth.state.pressure;
+  CHECK((lower - smooth.pressure_by_expansion * moving.sections).norm() < 1e-9 * lower.norm());
+  CHECK(filled.flow_below - filled.flow == approx(smooth.from_below.dot(moving.sections)).epsilon(1e-9));
+  CHECK(lower.norm() > 0);
   options.model = ViscousSlit{};
   static const TetMesh mesh = ::slit(1e-3, length, 8e-3);
   const FlowTangent without =
       flow_tangent(Airflow(mesh, mesh.surface("airway"), options), Vector::Constant(200, a), {D, 1.23});
   CHECK(without.momentum_by_drop.size() == 0);
   CHECK(without.momentum_by_area.size() == 0);
+  CHECK(without.pressure_by_expansion.size() == 0);
 }

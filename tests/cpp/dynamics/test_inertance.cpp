@@ -89,6 +89,8 @@ TEST_CASE("what leaves the trachea and does not enter the tract is what jet, fri
   const auto off = [](double step) {
     Scene scene = voice(true);
     scene.contact.reset();
+    scene.velocity.reset();
+    scene.airflow->flow.rise = 1e-3;  // what swings within a step has no power that sums say
     Simulation simulation(scene, options(Newmark{}, step, 1e-12));
     double air = 0, before = 0, most = 0;
     const Airflow& airflow = *simulation.airflow();

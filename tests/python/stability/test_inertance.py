@@ -24,11 +24,12 @@ class WithInertance(SectionPressures):
     def determinant(self, s: complex, impedances: Any = None) -> complex:
         moved = splu((s * s * self.M + s * self.C + self.K).tocsc()).solve(self.B)
         areas = self.A @ moved
+        rates = s * np.asarray(self.tangent.pressure_by_expansion) @ (self.B.T @ moved)[:-2]
         count, tangent = len(self.slope), self.tangent
         by_area, by_drop = np.asarray(tangent.momentum_by_area), np.asarray(tangent.momentum_by_drop)
         matrix = np.zeros((count + 1, count + 1), dtype=complex)
         beyond = by_area[-1] - by_area
-        matrix[:-1, :-1] = np.eye(count) - (self.slope + s * beyond) @ areas[:, :count]
+        matrix[:-1, :-1] = np.eye(count) - (self.slope + s * beyond) @ areas[:, :count] - rates[:, :count]
         matrix[:-1, -1] = -np.asarray(tangent.pressure_by_drop) - s * (by_drop[-1] - by_drop)
         matrix[-1, :-1] = s * by_area[-1] @ areas[:, :count]
         matrix[-1, -1] = 1 + s * by_drop[-1]
