@@ -49,9 +49,9 @@ def test_pairs_are_roots_of_the_equation_of_section_pressures() -> None:
 @pytest.mark.parametrize(
     ("tubes", "pressure", "steps"),
     [
-        ({}, 500.0, 1500),
+        ({}, 900.0, 1500),
         ({"trachea": TRACHEA}, 1200.0, 1500),
-        ({"tract": TRACT}, 300.0, 2000),
+        ({"tract": TRACT}, 900.0, 700),
         ({"trachea": TRACHEA, "tract": TRACT}, 1000.0, 1000),
     ],
 )
