@@ -1,7 +1,8 @@
 """modeFold's silicone larynx: its own program beside Plica, below and above the onset of phonation.
 
     python -m benchmarks.validation.modefold_voice --modefold DIR               15 minutes
-    python -m benchmarks.validation.modefold_voice --modefold DIR --inertance   12 minutes
+    python -m benchmarks.validation.modefold_voice --modefold DIR --inertance   7 minutes
+    python -m benchmarks.validation.modefold_voice --modefold DIR --own         10 minutes
 
 DIR is a clone of github.com/yossie333/modeFold_v1.3 in which its program, `modeFold`, has been built; nothing
 of it is kept, and without it nothing is done. Its param.txt gives pressures, tubes, air and the damping
@@ -14,9 +15,10 @@ heavier than those of the fold (last row), and pressure moves them less. "Heavy"
 density and E, with modes of the same frequency. Record: `modefold_voice`.
 
 Its flow also has the inertance of the air in the glottis, rho l / 2 A with the height l of the fold and the
-least area A, all of it above the folds. --inertance compares growth and onset without inertance, with Plica's
-(rho times the integral of dz / a), and with modeFold's at the entrance of Plica's tract, as a short tube of
-that area without friction. Record: `modefold_inertance`.
+least area A, all of it above the folds; Plica's is quasi-steady. --inertance puts it at the entrance of
+Plica's tract, as a short tube of that area without friction, to see what it is worth. Record:
+`modefold_inertance`. --own has growth and onset without and with Plica's own inertance, rho times the integral
+of dz / a along the glottis. Record: `modefold_own_inertance`.
 """
 
 from __future__ import annotations
@@ -39,9 +41,6 @@ STIFFNESS, NU = 6.33, 0.45  # m^2/s^2, -
 PRESSURES = (300, 600, 700, 800, 1000, 1400, 1800)  # Pa
 ALONE = (600, 1800)  # Pa, of the incompressible flow
 WITH_INERTANCE = (1000.0, 1800.0)  # Pa
-QUASI_STEADY, INERTIAL = (
-    {"viscous_slit": {"separation_ratio": 1.2, "inertance": inertance}} for inertance in (False, True)
-)
 STEPS = 20000  # of modeFold: 0.2 s
 SECTIONS, MODES, GAP = 100, 40, 0.1  # -, -, mm
 HEAVY = 2.2  # of modes 1 and 2: what the same mass at every node makes of a modal mass, last row
@@ -147,11 +146,12 @@ def by_program(folder: Path) -> dict[int, list[str]]:
 def rows(folder: Path) -> Iterator[list[object]]:
     zeta = float(read_parameters(folder)["damping coefficient zeta"][0])
     theirs = by_program(folder)
+    slit = {"viscous_slit": {"separation_ratio": 1.2}}
     kinds: list[tuple[float, object, bool]] = [
         (HEAVY, "bernoulli", False),
         (HEAVY, "bernoulli", True),
-        (HEAVY, QUASI_STEADY, True),
-        (1.0, QUASI_STEADY, True),
+        (HEAVY, slit, True),
+        (1.0, slit, True),
     ]
     columns = []
     with tempfile.TemporaryDirectory() as work:
@@ -172,50 +172,56 @@ def rows(folder: Path) -> Iterator[list[object]]:
 
 
 def inertance(folder: Path) -> Iterator[list[object]]:
-    """Folds between the tubes without inertance, with Plica's, and heavy ones with half and with all of that
-    of a slit of their height above them."""
+    """Heavy folds between the tubes, without, with half and with all inertance of a slit of their height."""
     zeta = float(read_parameters(folder)["damping coefficient zeta"][0])
     height = 1e-3 * float(np.ptp(read_fold(folder).section[:, 1]))
     with tempfile.TemporaryDirectory() as work:
+        made = scene(folder, Path(work) / "fold.msh", HEAVY)
+        mesh = plica.build_mesh(made.mesh)
+        for pressure in WITH_INERTANCE:
+            least = float(plica.flow_equilibrium(made, pressure, mesh=mesh).area.min())
+            cells = []
+            for share in (0.0, 0.5, 1.0):
+                whole = tubes(folder)
+                tract = whole["tract"]["uniform"]
+                parts = [(share * height, least), (tract["length"], tract["area"])][0 if share else 1 :]
+                lengths, areas = ([part[k] for part in parts] for k in (0, 1))
+                sections = {"length": lengths, "area": areas}
+                whole["tract"] = {"sections": sections, "wall": "rigid", "friction_frequency": 0.0}
+                pair = plica.growth(made.replace(whole), pressure, modes=MODES, zeta=zeta, mesh=mesh)[0]
+                cells.append(f"{pair.imag / (2 * np.pi):.1f} Hz, {pair.real:+.1f} 1/s")
+            yield [f"{pressure:.0f} Pa, {1e6 * least:.1f} mm^2", *cells]
+
+
+def own_inertance(folder: Path) -> Iterator[list[object]]:
+    """Both folds between the tubes, without and with Plica's inertance, by pressure."""
+    zeta = float(read_parameters(folder)["damping coefficient zeta"][0])
+    columns = []
+    with tempfile.TemporaryDirectory() as work:
         for heavy in (HEAVY, 1.0):
-            made = scene(folder, Path(work) / "fold.msh", heavy)
-            mesh = plica.build_mesh(made.mesh)
-            kinds = [
-                made.replace(tubes(folder) | {"airflow.model": model}) for model in (QUASI_STEADY, INERTIAL)
-            ]
-            for pressure in WITH_INERTANCE:
-                least = float(plica.flow_equilibrium(made, pressure, mesh=mesh).area.min())
-                parts = [(0.5 * height, least), (height, least)] if heavy == HEAVY else []
-                longer = [made.replace(_with_a_slit(folder, *part)) for part in parts]
-                cells = [_least_stable(one, pressure, zeta, mesh) for one in (*kinds, *longer)]
-                cells += ["-"] * (4 - len(cells))
-                yield [f"mass {heavy:g}, {pressure:.0f} Pa, {1e6 * least:.1f} mm^2", *cells]
-            found = [curve(one, zeta)[1] for one in kinds]
-            yield [f"mass {heavy:g}, onset", *found, "-", "-"]
-
-
-def _with_a_slit(folder: Path, length: float, area: float) -> dict[str, Any]:
-    """The tubes with a slit (m, m^2) at the entrance of the tract."""
-    whole = tubes(folder)
-    tract = whole["tract"]["uniform"]
-    sections = {"length": [length, tract["length"]], "area": [area, tract["area"]]}
-    return whole | {"tract": {"sections": sections, "wall": "rigid", "friction_frequency": 0.0}}
-
-
-def _least_stable(made: plica.Scene, pressure: float, zeta: float, mesh: Any) -> str:
-    pair = plica.growth(made, pressure, modes=MODES, zeta=zeta, mesh=mesh)[0]
-    return f"{pair.imag / (2 * np.pi):.1f} Hz, {pair.real:+.1f} 1/s"
+            made = scene(folder, Path(work) / "fold.msh", heavy).replace(tubes(folder))
+            for kind in (False, True):
+                model = {"viscous_slit": {"separation_ratio": 1.2, "inertance": kind}}
+                columns.append(curve(made.replace({"airflow.model": model}), zeta))
+    for k, pressure in enumerate(PRESSURES):
+        yield [f"{pressure} Pa", *(cells[k] for cells, _ in columns)]
+    yield ["onset", *(onset for _, onset in columns)]
 
 
 if __name__ == "__main__":
     parser = script_parser(__doc__)
     parser.add_argument("--modefold", type=Path, metavar="DIR", required=True)
     parser.add_argument("--inertance", action="store_true")
+    parser.add_argument("--own", action="store_true")
     options = parser.parse_args()
     chosen = options.modefold
     if options.inertance:
-        names = ["folds", "quasi-steady", "with inertance", "rho l / 2 A above them", "rho l / A above them"]
+        names = ["pressure, least area", "quasi-steady", "inertance rho l / 2 A", "rho l / A"]
         record("modefold_inertance", names, inertance(chosen))
+        raise SystemExit(0)
+    if options.own:
+        names = ["subglottal pressure", "heavy", "heavy, inertance", "own mass", "own mass, inertance"]
+        record("modefold_own_inertance", names, own_inertance(chosen))
         raise SystemExit(0)
     record(
         "modefold_voice",
