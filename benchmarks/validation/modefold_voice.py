@@ -2,6 +2,7 @@
 
     python -m benchmarks.validation.modefold_voice --modefold DIR               15 minutes
     python -m benchmarks.validation.modefold_voice --modefold DIR --inertance   7 minutes
+    python -m benchmarks.validation.modefold_voice --modefold DIR --own         10 minutes
 
 DIR is a clone of github.com/yossie333/modeFold_v1.3 in which its program, `modeFold`, has been built; nothing
 of it is kept, and without it nothing is done. Its param.txt gives pressures, tubes, air and the damping
@@ -14,8 +15,10 @@ heavier than those of the fold (last row), and pressure moves them less. "Heavy"
 density and E, with modes of the same frequency. Record: `modefold_voice`.
 
 Its flow also has the inertance of the air in the glottis, rho l / 2 A with the height l of the fold and the
-least area A; Plica's is quasi-steady. --inertance puts it at the entrance of Plica's tract, as a short tube
-of that area without friction, to see what it is worth. Record: `modefold_inertance`.
+least area A, all of it above the folds; Plica's is quasi-steady. --inertance puts it at the entrance of
+Plica's tract, as a short tube of that area without friction, to see what it is worth. Record:
+`modefold_inertance`. --own has growth and onset without and with Plica's own inertance, rho times the integral
+of dz / a along the glottis. Record: `modefold_own_inertance`.
 """
 
 from __future__ import annotations
@@ -190,15 +193,35 @@ def inertance(folder: Path) -> Iterator[list[object]]:
             yield [f"{pressure:.0f} Pa, {1e6 * least:.1f} mm^2", *cells]
 
 
+def own_inertance(folder: Path) -> Iterator[list[object]]:
+    """Both folds between the tubes, without and with Plica's inertance, by pressure."""
+    zeta = float(read_parameters(folder)["damping coefficient zeta"][0])
+    columns = []
+    with tempfile.TemporaryDirectory() as work:
+        for heavy in (HEAVY, 1.0):
+            made = scene(folder, Path(work) / "fold.msh", heavy).replace(tubes(folder))
+            for kind in (False, True):
+                model = {"viscous_slit": {"separation_ratio": 1.2, "inertance": kind}}
+                columns.append(curve(made.replace({"airflow.model": model}), zeta))
+    for k, pressure in enumerate(PRESSURES):
+        yield [f"{pressure} Pa", *(cells[k] for cells, _ in columns)]
+    yield ["onset", *(onset for _, onset in columns)]
+
+
 if __name__ == "__main__":
     parser = script_parser(__doc__)
     parser.add_argument("--modefold", type=Path, metavar="DIR", required=True)
     parser.add_argument("--inertance", action="store_true")
+    parser.add_argument("--own", action="store_true")
     options = parser.parse_args()
     chosen = options.modefold
     if options.inertance:
         names = ["pressure, least area", "quasi-steady", "inertance rho l / 2 A", "rho l / A"]
         record("modefold_inertance", names, inertance(chosen))
+        raise SystemExit(0)
+    if options.own:
+        names = ["subglottal pressure", "heavy", "heavy, inertance", "own mass", "own mass, inertance"]
+        record("modefold_own_inertance", names, own_inertance(chosen))
         raise SystemExit(0)
     record(
         "modefold_voice",

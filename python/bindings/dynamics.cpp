@@ -116,7 +116,7 @@ void bind_options(py::module_& engine) {
       .bind(engine, {}, py::kw_only());
   options<ViscousSlit>("ViscousSlit", option("separation_ratio", &ViscousSlit::separation_ratio),
                        option("air_viscosity", &ViscousSlit::air_viscosity),
-                       option("least_gap", &ViscousSlit::least_gap))
+                       option("least_gap", &ViscousSlit::least_gap), option("inertance", &ViscousSlit::inertance))
       .bind(engine, {}, py::kw_only());
   options<Bernoulli>("Bernoulli", option("zero_flow_fraction", &Bernoulli::zero_flow_fraction))
       .bind(engine, {}, py::kw_only());

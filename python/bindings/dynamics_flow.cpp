@@ -79,6 +79,11 @@ class GlottalFlow {
     return map;
   }
   const Airflow& airflow() const { return *airflow_; }
+  /// Pa s^2/m^3, from the first to the last section; 0 without.
+  double inertance(const Vector& areas) const {
+    const FlowState state = airflow_->evaluate(areas, air(1.0, 0.0));
+    return state.momentum.size() > 0 ? state.momentum[areas.size() - 1] / state.flow : 0.0;
+  }
   std::optional<SeenTube> trachea() const { return open(part().tubes.trachea, "Trachea"); }
   std::optional<SeenTube> tract() const { return open(part().tubes.tract, "Tract"); }
 
@@ -113,6 +118,9 @@ void bind_tangent(py::module_& engine) {
       .def_property_readonly("pressure_by_drop", give_member(&FlowTangent::pressure_by_drop))
       .def_property_readonly("flow_by_area", give_member(&FlowTangent::flow_by_area))
       .def_readonly("flow_by_drop", &FlowTangent::flow_by_drop)
+      .def_property_readonly("momentum_by_area", dense(&FlowTangent::momentum_by_area))
+      .def_property_readonly("pressure_by_expansion", dense(&FlowTangent::pressure_by_expansion))
+      .def_property_readonly("momentum_by_drop", give_member(&FlowTangent::momentum_by_drop))
       .def_property_readonly("from_below", give_member(&FlowTangent::from_below))
       .def_readonly("kink", &FlowTangent::kink);
   py::class_<SeenTube>(engine, "SeenTube")
@@ -158,6 +166,12 @@ void bind_glottal_flow(py::module_& engine) {
             return py::make_tuple(give(std::move(state.pressure)), state.flow);
           },
           py::arg("areas"), py::arg("below"), py::arg("above") = 0.0)
+      .def(
+          "inertance",
+          [](const GlottalFlow& self, const RealArray& areas) {
+            return self.inertance(self.to_vector(areas, "areas"));
+          },
+          py::arg("areas"))
       .def(
           "tangent",
           [](const GlottalFlow& self, const RealArray& areas, double below, double above) {

@@ -134,6 +134,10 @@ py::dict state_to_dict(const State& state) {
   dict["air_memory"] = py::array_t<double>(py::cast(state.air.numbers()));
   dict["supplied_power"] = state.supplied_power;
   dict["viscous_power"] = state.viscous_power;
+  if (state.air.momentum.size() > 0) {
+    dict["inertial_power"] = state.inertial_power;
+    dict["air_inertial_energy"] = state.ledger.air_inertial_energy;
+  }
   for_energies(state.ledger, [&](const char* name, double value) { dict[name] = value; });
   for_signs(state.first_signs, [&](const char* name, const auto& sign) {
     const Numbers numbers = sign ? numbers_of(*sign) : Numbers{};
@@ -163,6 +167,10 @@ State state_from_dict(const py::dict& dict) {
   state.supplied_power = entry("supplied_power").cast<double>();
   state.viscous_power = entry("viscous_power").cast<double>();
   for_energies(state.ledger, [&](const char* name, double& value) { value = entry(name).cast<double>(); });
+  if (state.air.momentum.size() > 0) {
+    state.inertial_power = entry("inertial_power").cast<double>();
+    state.ledger.air_inertial_energy = entry("air_inertial_energy").cast<double>();
+  }
   for_signs(state.first_signs, [&](const char* name, auto& sign) {
     using Sign = typename std::decay_t<decltype(sign)>::value_type;
     const auto numbers = entry(name).cast<Numbers>();

@@ -24,8 +24,36 @@ Gas gas_of(const Airflow::Options& flow, double sound_speed) {
   return {flow.air_density, sound_speed, slit ? slit->air_viscosity : ViscousSlit{}.air_viscosity};
 }
 
+namespace {
+
+constexpr double momenta_follow = 2.0;  // added to whether the flow is stopped
+
+AirColumn::Memory with_momenta(const std::vector<double>& numbers) {
+  constexpr std::size_t head = 3;
+  const auto count = static_cast<double>(numbers.size());
+  if (numbers.size() < head || !(numbers[1] >= 1 && head + 2 * numbers[1] <= count))
+    throw InvalidInput("AirColumn", "numbers of its memory", count, "", "3 and more, with two of each section");
+  const auto sections = static_cast<std::ptrdiff_t>(numbers[1]);
+  std::vector<double> others{numbers[0] - momenta_follow};
+  others.insert(others.end(), numbers.begin() + head + 2 * sections, numbers.end());
+  AirColumn::Memory memory = AirColumn::Memory::of(others);
+  memory.interval = numbers[2];
+  memory.momentum = Eigen::Map<const Vector>(numbers.data() + head, sections);
+  memory.momentum_before = Eigen::Map<const Vector>(numbers.data() + head + sections, sections);
+  return memory;
+}
+
+}  // namespace
+
 std::vector<double> AirColumn::Memory::numbers() const {
   std::vector<double> numbers{flow_stopped ? 1.0 : 0.0};
+  if (momentum.size() > 0) {  // its numbers before those of tubes, which the first one says
+    numbers[0] += momenta_follow;
+    numbers.push_back(static_cast<double>(momentum.size()));
+    numbers.push_back(interval);
+    numbers.insert(numbers.end(), momentum.begin(), momentum.end());
+    numbers.insert(numbers.end(), momentum_before.begin(), momentum_before.end());
+  }
   if (trachea.size() + tract.size() == 0) return numbers;
   for (const double value : {source, flow_below, flow_above}) numbers.push_back(value);
   for (const LineWork& work : {trachea_work, tract_work})
@@ -38,6 +66,7 @@ std::vector<double> AirColumn::Memory::numbers() const {
 
 AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
   constexpr std::size_t head = 13;
+  if (!numbers.empty() && numbers[0] >= momenta_follow) return with_momenta(numbers);
   const auto count = static_cast<double>(numbers.size());
   if (numbers.size() != 1 && numbers.size() <= head)
     throw InvalidInput("AirColumn", "numbers of its memory", count, "", "1, or more than 13 with tubes");
@@ -73,6 +102,8 @@ LineStep& AirColumn::Side::begin(double duration, double regular_duration) {
 }
 
 AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes) : airflow_(&airflow), step_(step) {
+  const auto* slit = std::get_if<ViscousSlit>(&airflow.options().model);
+  inertial_ = slit && slit->inertance;
   if (!tubes.any()) return;
   tubes.validate();
   const Gas gas = gas_of(airflow.options(), tubes.sound_speed);
@@ -94,11 +125,16 @@ double AirColumn::source(const Air& air) const {
 FlowState AirColumn::start(const Vector& areas) {
   now_ = {};
   air_last_ = air_weighted_ = airflow_->air(0.0);
-  if (!has_tubes()) return evaluate(areas, Instant::last);
+  if (!has_tubes()) {
+    FlowState flow = evaluate(areas, Instant::last);
+    now_.momentum = now_.momentum_before = flow.momentum;
+    return flow;
+  }
   now_.source = source(air_last_);  // of a flow 0, and no pressure either
   if (trachea_) air_last_.subglottal_impedance = trachea_->line.steady_resistance();
   if (tract_) air_last_.supraglottal_impedance = tract_->line.steady_resistance();
   const FlowState flow = evaluate(areas, Instant::last);
+  now_.momentum = now_.momentum_before = flow.momentum;
   now_.flow_below = flow.flow_below;
   now_.flow_above = flow.flow_above;
   if (trachea_) now_.trachea = trachea_->line.steady(-flow.flow_below, now_.source);
@@ -110,23 +146,38 @@ void AirColumn::begin_step(const Memory& memory, double last, double ahead, Inst
   now_ = memory;
   air_last_ = airflow_->air(last);
   air_weighted_ = airflow_->air(last + ahead);
-  if (!has_tubes()) return;
-  Air& air = load == Instant::last ? air_last_ : air_weighted_;
-  const double duration = last > 0 ? step_ : load == Instant::last ? 0.0 : ahead;
+  if (!has_tubes() && !inertial_) return;
+  duration_ = last > 0 ? step_ : load == Instant::last ? 0.0 : ahead;
+  if (has_tubes()) {
+    Air& air = load == Instant::last ? air_last_ : air_weighted_;
+    begin_tubes(memory, air);
+    (load == Instant::last ? air_weighted_ : air_last_) = air;  // what is compared with the load has its tubes
+  }
+  if (inertial_) begin_inertia(memory);
+}
+
+void AirColumn::begin_tubes(const Memory& memory, Air& air) {
   source_then_ = source(air);
   if (trachea_) {
-    LineStep& line = trachea_->begin(duration, step_);
+    LineStep& line = trachea_->begin(duration_, step_);
     line.begin(memory.trachea, -memory.flow_below, memory.source, source_then_);
     air.subglottal_pressure = line.pressure();
     air.subglottal_impedance = line.impedance();
   }
   if (tract_) {
-    LineStep& line = tract_->begin(duration, step_);
+    LineStep& line = tract_->begin(duration_, step_);
     line.begin(memory.tract, memory.flow_above, 0.0, 0.0);
     air.supraglottal_pressure = line.pressure();
     air.supraglottal_impedance = line.impedance();
   }
-  (load == Instant::last ? air_weighted_ : air_last_) = air;  // what is compared with the load has its tubes
+}
+
+void AirColumn::begin_inertia(const Memory& memory) {
+  if (duration_ == 0) return;                                                // the flow has always been so
+  const double w = memory.interval > 0 ? duration_ / memory.interval : 0.0;  // of the last two steps
+  inertia_.rate = (1 + 2 * w) / ((1 + w) * duration_);
+  inertia_.past = ((1 + w) * memory.momentum - w * w / (1 + w) * memory.momentum_before) / duration_;
+  air_last_.inertia = air_weighted_.inertia = &inertia_;
 }
 
 FlowState AirColumn::evaluate(const Vector& areas, Instant at, const std::optional<Held>& held,
@@ -143,6 +194,11 @@ AirColumn::Memory AirColumn::end_step(const FlowState& flow) {
     now_.flow_below = flow.flow_below;
     now_.flow_above = flow.flow_above;
   }
+  if (inertial_) {
+    now_.momentum_before.swap(now_.momentum);
+    now_.momentum = flow.momentum;
+    now_.interval = duration_;
+  }
   return now_;
 }
 
@@ -156,6 +212,17 @@ void AirColumn::require(const Memory& memory) const {
     if (!values.allFinite())
       throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
   };
+  for (const Vector* momentum : {&memory.momentum, &memory.momentum_before}) {
+    const std::ptrdiff_t size = inertial_ ? airflow_->sections().count() : 0;
+    if (momentum->size() != size)
+      throw InvalidInput("Simulation", "numbers of the momentum of the state's air",
+                         static_cast<double>(momentum->size()), "", std::to_string(size),
+                         "It belongs to another scene.");
+    if (!momentum->allFinite())
+      throw InvalidInput("Simulation: the momentum of the state's air has a value that is not finite.");
+  }
+  if (!(memory.interval >= 0) || !std::isfinite(memory.interval))
+    throw InvalidInput("Simulation", "interval of the state's air", memory.interval, "s", ">= 0 and finite");
   check("trachea", memory.trachea, trachea_);
   check("tract", memory.tract, tract_);
   const LineWork& below = memory.trachea_work;

@@ -22,8 +22,9 @@ struct Tubes {
 Gas gas_of(const Airflow::Options& flow, double sound_speed);
 
 /// The air below and above the glottis: what drives the flow in a step, and what it remembers from step to step:
-/// whether contact stopped the flow, which matters to Bernoulli's alone, and the sound in its tubes, at the
-/// instant of the last step's load.
+/// whether contact stopped the flow, which matters to Bernoulli's alone, and, at the instant of the last step's
+/// load, the sound in its tubes and, with inertance, the momentum of the air in the glottis. Rates of that are
+/// backward differences of second order over the last two steps, of first order in the first one.
 class AirColumn {
  public:
   enum class Instant { last, weighted };  // t_n, t_{n+1+alpha}
@@ -34,6 +35,10 @@ class AirColumn {
     double flow_below = 0.0, flow_above = 0.0;  // m^3/s
     LineWork trachea_work, tract_work;          // since t = 0
     Vector trachea, tract;                      // TransmissionLine states; empty without
+    // (s) Pa s, FlowState::momentum of the last load and of that before, and the time (s) between them, 0 where
+    // the flow had always been so; empty without inertance.
+    Vector momentum, momentum_before;
+    double interval = 0.0;
     std::vector<double> numbers() const;
     /// Throws InvalidInput for numbers that are not such.
     static Memory of(const std::vector<double>& numbers);
@@ -70,6 +75,8 @@ class AirColumn {
   Memory end_step(const FlowState& flow);
   /// Throws InvalidInput for a memory that is not of these tubes.
   void require(const Memory& memory) const;
+  /// Whether the air between first and last section has to be accelerated.
+  bool has_inertance() const { return inertial_; }
   /// m^3/s, out of the tract's far end, with this memory; without a tract the flow out of the glottis.
   double lip_flow(const Memory& memory) const;
   /// What drives the trachea's far end, in shares of the flow's subglottal pressure, or of the supplied flow.
@@ -90,12 +97,17 @@ class AirColumn {
 
   /// What drives the trachea's far end, of the air then.
   double source(const Air& air) const;
+  void begin_tubes(const Memory& memory, Air& air);
+  void begin_inertia(const Memory& memory);
 
   const Airflow* airflow_;
   double step_;
   std::optional<Side> trachea_, tract_;
   std::optional<double> supplied_flow_;  // m^3/s, from the end of its rise on; absent: a pressure
   double source_then_ = 0.0;
+  bool inertial_ = false;
+  AirInertia inertia_;     // of a step
+  double duration_ = 0.0;  // s, of a step, between loads
   Air air_last_, air_weighted_;
   Memory now_;
 };

@@ -35,6 +35,22 @@ double mean_friction(double from, double to, double m, double r) {
   return mean;
 }
 
+/// Mean over an interval of 1 / a, a being linear from `from` to `to`: log(to / from) / (to - from).
+double mean_inverse(double from, double to) {
+  constexpr double near = 0.02;  // where the next term of the series is below 1e-14
+  const double y = (to - from) / (to + from), yy = y * y;
+  if (std::abs(y) < near) return 2 / (from + to) * (1 + yy * (1.0 / 3 + yy * (1.0 / 5 + yy / 7)));
+  return std::log(to / from) / (to - from);
+}
+
+/// Pa s^2/m^3, L of a ViscousSlit at each section.
+Vector inertances(double density, const Vector& height, const Vector& a) {
+  Vector L = Vector::Zero(a.size());
+  for (std::ptrdiff_t i = 1; i < a.size(); ++i)
+    L[i] = L[i - 1] + density * (height[i] - height[i - 1]) * mean_inverse(a[i - 1], a[i]);
+  return L;
+}
+
 /// Ends of the airway from which a flow U comes and to which it goes, the walls giving way by `displaced`, of
 /// which `from_below` comes from below: the drop of pressure that drives U is what is left.
 double drop_without_flow(const Air& air, double from_below, double displaced) {
@@ -60,6 +76,13 @@ double flow_of(double drop, double R, double density, double exit) {
   return 2 * drop / (R + std::sqrt(R * R + 2 * density * std::abs(drop) * exit));
 }
 
+/// What a slit takes of a flow beside its jet: drop + past = (friction + accelerating) U + the jet's.
+struct SlitLoss {
+  double friction = 0.0;      // Pa s/m^3, R
+  double accelerating = 0.0;  // Pa s/m^3, of the inertance
+  double past = 0.0;          // Pa
+};
+
 /// What walls along a slit displace, and its share of the drop as the flow has it: with the head h = rho |U| / 2
 /// the part (h (exit - 1 / e_i^2) + R - R_i) / (h exit + R) of a section comes from below.
 struct SlitWalls {
@@ -74,9 +97,11 @@ struct SlitWalls {
 /// The flow that ends and walls leave; they depend on it in turn, a little, by how much of the drop is friction.
 /// The share from below is monotone in |U|, so that the flows of no and of all friction enclose it: it is
 /// iterated, and halved from where that does not lead on.
-void set_slit_flow(const Air& air, double exit, double R, const SlitWalls* walls, FlowState& state) {
+void set_slit_flow(const Air& air, double exit, const SlitLoss& loss, const SlitWalls* walls, FlowState& state) {
+  const double R = loss.friction;
   const auto flow_from = [&](double from_below, double displaced) {
-    return flow_of(drop_without_flow(air, from_below, displaced), R + air.impedance(), air.density, exit);
+    return flow_of(drop_without_flow(air, from_below, displaced) + loss.past,
+                   R + loss.accelerating + air.impedance(), air.density, exit);
   };
   if (!walls) {
     state.flow = flow_from(0, 0);
@@ -99,6 +124,45 @@ void set_slit_flow(const Air& air, double exit, double R, const SlitWalls* walls
   const double from_below = from_below_at(U);
   state.flow = flow_from(from_below, walls->displaced);
   set_ends(air, from_below, walls->displaced, state);
+}
+
+/// -, (s): whether the stream of floored areas a follows the wall: 1 where a = m, falling linearly in a to 0 where
+/// it leaves the wall, a = r m.
+Vector following(const Vector& a, double r) {
+  Vector share(a.size());
+  double m = a[0];
+  for (std::ptrdiff_t i = 0; i < a.size(); ++i) {
+    m = std::min(m, a[i]);
+    share[i] = std::max(0.0, (r * m - a[i]) / ((r - 1) * m));
+  }
+  return share;
+}
+
+/// The pressures and the power that accelerate the air, of a flow whose steady part is known.
+void accelerate(const AirInertia& inertia, FlowState& state) {
+  const Vector change = inertia.rate * state.momentum - inertia.past;  // Pa, dPhi/dt
+  const double all = change[change.size() - 1];
+  state.pressure.array() += all - change.array();
+  state.inertial_power = all * state.flow;
+}
+
+/// What flows past each section beside U to fill the room that walls make further on makes it faster there; with
+/// `share` of what a section makes room for filled so, inverse_squares 1 / e^2. The power that this and inertia
+/// take from the walls.
+void fill(double density, const Vector& share, const Vector& inverse_squares, const AirwayExpansion& moving,
+          FlowState& state) {
+  double further = 0;  // m^3/s, W
+  for (std::ptrdiff_t i = share.size() - 1; i >= 0; --i) {
+    const double own = share[i] * moving.sections[i];
+    state.pressure[i] -= density * std::abs(state.flow) * (further + 0.5 * own) * inverse_squares[i];
+    further += own;
+  }
+  const double drop = state.subglottal_pressure - state.supraglottal_pressure;
+  const double from_below = state.flow_below - state.flow - moving.below;  // of the sections
+  const double displaced =
+      drop * from_below - (state.pressure.array() - state.supraglottal_pressure).matrix().dot(moving.sections);
+  state.inertial_power += displaced;
+  state.supplied_power += displaced;
 }
 
 }  // namespace
@@ -217,10 +281,27 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   }
   const double exit = stream[count - 1], total = resistance[count - 1];
   SlitWalls walls;
-  if (moving)
+  Vector share, inverse_squares;  // with inertance and walls that move
+  if (moving) {
     walls = {moving->below, moving->total(), (exit - stream.array()).matrix().dot(moving->sections),
              (total - resistance.array()).matrix().dot(moving->sections)};
-  set_slit_flow(air, exit, total, moving ? &walls : nullptr, state);
+    if (model.inertance) {
+      share = following(a, r);
+      inverse_squares = stream;
+      walls.head = exit * share.dot(moving->sections);
+    }
+  }
+  SlitLoss loss{total};
+  Vector inertance;  // L, Pa s^2/m^3
+  if (model.inertance) {
+    inertance = inertances(air.density, channel.height, a);
+    if (air.inertia) {
+      require_size("viscous_slit_flow", "air.inertia.past", air.inertia->past.size(), count);
+      loss.accelerating = air.inertia->rate * inertance[count - 1];
+      loss.past = air.inertia->past[count - 1];
+    }
+  }
+  set_slit_flow(air, exit, loss, moving ? &walls : nullptr, state);
   const double drop = state.subglottal_pressure - state.supraglottal_pressure;
   const double head = 0.5 * air.density * state.flow * std::abs(state.flow);
   stream =
@@ -228,6 +309,11 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   state.supplied_power = drop * state.flow;
   state.jet_power = head * exit * state.flow;
   state.viscous_power = total * state.flow * state.flow;
+  if (model.inertance) {
+    state.momentum = state.flow * inertance;
+    if (air.inertia) accelerate(*air.inertia, state);
+    if (moving) fill(air.density, share, inverse_squares, *moving, state);
+  }
   return state;
 }
 

@@ -36,11 +36,22 @@ struct FlowState {
   double flow = 0.0;                   // m^3/s, upwards, through the glottis
   double flow_below = 0.0;  // m^3/s, into the airway from below: the flow and what the walls there make room for
   double flow_above = 0.0;  // m^3/s, out of it above: the flow without what they make room for there
-  double supplied_power = 0.0;  // W, the difference of these pressures times flow: the sum of the next two
+  /// W, the difference of these pressures times flow: the sum of the next three. With inertance the air that walls
+  /// displace counts, too, which it then accelerates.
+  double supplied_power = 0.0;
   double jet_power = 0.0;       // W, kinetic energy that leaves with the jet
   double viscous_power = 0.0;   // W, lost to friction at the walls
+  double inertial_power = 0.0;  // W, what accelerates the air between the sections; 0 without inertance
+  Vector momentum;              // (s) Pa s, Phi of ViscousSlit; empty without inertance
 
   AirwayPressure on_walls() const { return {subglottal_pressure, pressure, supraglottal_pressure}; }
+};
+
+/// How fast the momenta Phi (s) Pa s of ViscousSlit change, by a difference to those of the past:
+/// dPhi/dt = rate Phi - past.
+struct AirInertia {
+  double rate = 0.0;  // 1/s
+  Vector past;        // (s) Pa
 };
 
 /// The air that drives the flow.
@@ -51,6 +62,7 @@ struct Air {
   /// Pa s/m^3, what a tube takes from the one and adds to the other for the flow out of and into it: the pressures
   /// above are then those without such flows.
   double subglottal_impedance = 0.0, supraglottal_impedance = 0.0;
+  const AirInertia* inertia = nullptr;  // of a slit with inertance; absent where the flow is steady
   double impedance() const { return subglottal_impedance + supraglottal_impedance; }
 };
 
@@ -71,7 +83,8 @@ struct ViscousSlit {
   /// -, in (0, 0.01]: the mean gap below which a section counts as no narrower, in lengths of the glottis. 4 um
   /// for 14 mm: one hundredth of the thesis's least area at rest.
   double least_gap = 3e-4;
-  void validate() const;  // throws InvalidInput
+  bool inertance = false;  // whether the air between the first and the last section has to be accelerated
+  void validate() const;   // throws InvalidInput
 };
 
 /// Sections with heights (m, ascending) and anteroposterior lengths (m), as far as a flow knows them.
@@ -103,6 +116,12 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
 /// 0 in the free jet, and negative where the glottis widens. With D the difference of both pressures,
 /// U = 2 D / (R + sqrt(R^2 + 2 rho |D| / e_exit^2)). Air that flows back has the same loss: where its jet would
 /// leave the wall is not modelled. Areas are finite, which Airflow::evaluate checks. O(s).
+///
+/// With inertance the drop from the first section to section i is larger by dPhi_i/dt,
+///   Phi_i = L_i U,  L_i = rho integral of dz / a up to section i
+/// (docs/theory/airflow.md): U has the resistance rate L_s and the drop past_s more, p_i the resistance
+/// rate (L_s - L_i) and the pressure past_i - past_s. How walls divide the air that they displace is that of the
+/// flow without inertance, whose drop may vanish where air only decelerates.
 FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel, const Vector& areas,
                             const AirwayExpansion* moving = nullptr);
 

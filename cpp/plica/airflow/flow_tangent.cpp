@@ -11,10 +11,10 @@ namespace {
 
 constexpr double relative_step = 1e-6;
 
-/// Pressures above the supraglottal one; the last entry is the flow.
+/// Pressures above the supraglottal one, the flow, and momenta where there is inertance.
 Vector answers(const FlowState& state) {
-  Vector all(state.pressure.size() + 1);
-  all << (state.pressure.array() - state.supraglottal_pressure).matrix(), state.flow;
+  Vector all(state.pressure.size() + 1 + state.momentum.size());
+  all << (state.pressure.array() - state.supraglottal_pressure).matrix(), state.flow, state.momentum;
   return all;
 }
 
@@ -34,10 +34,11 @@ FlowTangent flow_tangent(const Airflow& airflow, const Vector& areas, const Air&
     return answers(airflow.evaluate(a, driven, found.state.stopped, separation));
   };
   const Vector here = answers(found.state);
-  const std::ptrdiff_t count = areas.size();
+  const std::ptrdiff_t count = areas.size(), momenta = found.state.momentum.size();
   const double least = areas.cwiseAbs().maxCoeff() * 1e-6;
   found.pressure_by_area.resize(count, count);
   found.flow_by_area.resize(count);
+  found.momentum_by_area.resize(momenta, momenta);
   Vector moved = areas;
   for (std::ptrdiff_t j = 0; j < count; ++j) {
     const double step = relative_step * std::max(std::abs(areas[j]), least);
@@ -48,6 +49,7 @@ FlowTangent flow_tangent(const Airflow& airflow, const Vector& areas, const Air&
     moved[j] = areas[j];
     found.pressure_by_area.col(j) = (more - less).head(count) / (2 * step);
     found.flow_by_area[j] = (more[count] - less[count]) / (2 * step);
+    if (momenta > 0) found.momentum_by_area.col(j) = (more - less).tail(momenta) / (2 * step);
     const double bend = (more - 2 * here + less).head(count).cwiseAbs().maxCoeff();
     found.kink = std::max(found.kink, bend / (relative_step * drop));
   }
@@ -59,7 +61,15 @@ FlowTangent flow_tangent(const Airflow& airflow, const Vector& areas, const Air&
   const Vector less = answer(areas, driven);
   found.pressure_by_drop = (more - less).head(count) / (2 * step);
   found.flow_by_drop = (more[count] - less[count]) / (2 * step);
+  found.momentum_by_drop = (more - less).tail(momenta) / (2 * step);
   found.from_below = here.head(count) / drop;
+  found.pressure_by_expansion.resize(momenta, momenta);
+  for (std::ptrdiff_t j = 0; j < momenta; ++j) {  // linear
+    const AirwayExpansion moving{0.0, found.state.flow * Vector::Unit(count, j), 0.0};
+    const FlowState filled = airflow.evaluate(areas, air, false, std::nullopt, &moving);
+    found.pressure_by_expansion.col(j) = (filled.pressure - found.state.pressure) / found.state.flow;
+    found.from_below[j] = (filled.flow_below - filled.flow) / found.state.flow;
+  }
   return found;
 }
 

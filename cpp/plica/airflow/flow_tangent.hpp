@@ -12,7 +12,11 @@ struct FlowTangent {
   Vector pressure_by_drop;           // (s) -
   Vector flow_by_area;               // (s) m/s
   double flow_by_drop = 0.0;         // m^3/(Pa s)
-  Vector from_below;                 // (s) -, theta: the part of what a section makes room for that is from below
+  /// Of a slit with inertance, dPhi = momentum_by_area da + momentum_by_drop dD; empty without.
+  Eigen::MatrixXd momentum_by_area;       // (s, s) Pa s/m^2
+  Vector momentum_by_drop;                // (s) s
+  Eigen::MatrixXd pressure_by_expansion;  // (s, s) Pa s/m^3, of the rates at which walls make room
+  Vector from_below;  // (s) -, theta: the part of what a section makes room for that is from below
   /// -: the largest difference between the two one-sided derivatives of a section's pressure, in drops of pressure
   /// a relative change of an area. Where it is not small the flow has a kink, and no tangent.
   double kink = 0.0;

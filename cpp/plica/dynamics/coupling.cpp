@@ -17,7 +17,7 @@ using Instant = CoupledStep::Instant;
 /// The flow through the airway of the step as it is.
 FlowState flow_through(const CoupledStep& step, const AirColumn& air, Instant at,
                        const std::optional<AirColumn::Held>& held = {}) {
-  if (!air.has_tubes()) return air.evaluate(step.areas(at), at, held);
+  if (!air.has_tubes() && !air.has_inertance()) return air.evaluate(step.areas(at), at, held);
   const AirwayExpansion moving = step.expansion(at);
   return air.evaluate(step.areas(at), at, held, &moving);
 }

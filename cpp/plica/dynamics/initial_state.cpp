@@ -30,7 +30,7 @@ State initial_state(const Scene& scene, const Motion& motion, const SceneLoads& 
     state.load += state.flow_load;
     state.air = air->remembered();
     state.supplied_power = flow.supplied_power;
-    state.viscous_power = flow.viscous_power;
+    state.viscous_power = flow.viscous_power;  // steady: nothing is accelerated
   }
   return state;
 }

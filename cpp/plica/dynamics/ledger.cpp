@@ -54,6 +54,7 @@ Ledger continued_ledger(const LedgerMotion& motion, const State& before, const S
     };
     ledger.air_supplied_energy += of_step(now.supplied_power, before.supplied_power);
     ledger.air_viscous_energy += of_step(now.viscous_power, before.viscous_power);
+    ledger.air_inertial_energy += of_step(now.inertial_power, before.inertial_power);
   }
   if (now.contact_force.size() > 0) ledger.contact_work += 0.5 * du.dot(now.contact_force + before.contact_force);
   if (viscous) ledger.viscous_loss += 0.5 * du.dot(now.viscous_force + before.viscous_force);

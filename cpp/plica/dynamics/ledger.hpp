@@ -24,6 +24,7 @@ struct Ledger {
   // The air's own account, no part of the tissue's balance.
   double air_supplied_energy = 0.0;  // pressure difference along the sections times the volume that has flowed
   double air_viscous_energy = 0.0;   // of it, lost to friction at the walls
+  double air_inertial_energy = 0.0;  // of it, what accelerated the air; 0 without inertance
 
   /// What the terms leave unexplained; round-off and the solver's tolerance.
   double error() const {

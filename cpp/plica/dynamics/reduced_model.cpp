@@ -107,6 +107,7 @@ ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_lo
     if (taken.flow) {
       now.supplied_power = taken.flow->state.supplied_power;
       now.viscous_power = taken.flow->state.viscous_power;
+      now.inertial_power = taken.flow->state.inertial_power;
     }
     const LedgerMotion known{motion_.scheme(), motion_.step(), motion_.has_viscosity(), motion_.start().shift,
                              none};

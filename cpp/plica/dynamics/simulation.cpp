@@ -263,6 +263,7 @@ void Simulation::keep(State now, const std::optional<FlowRecord>& flow, const Ve
       now.flow_load = now.load - scene_load;
       now.supplied_power = flow->state.supplied_power;
       now.viscous_power = flow->state.viscous_power;
+      now.inertial_power = flow->state.inertial_power;
     }
     now.ledger = explicit_ ? explicit_->continued_ledger(state_, now) : continued_ledger(motion_, state_, now);
   }

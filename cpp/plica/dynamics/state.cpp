@@ -51,7 +51,7 @@ void State::validate(const Shape& shape) const {
                            std::to_string(shape.unknowns) + " unknowns.");
   if (!shape.knows && (!closed.empty() || depth != 0))
     throw InvalidInput("Simulation: the state has closed constraints; the scene must have contact.");
-  if (!shape.airflow && (supplied_power != 0 || viscous_power != 0))
+  if (!shape.airflow && (supplied_power != 0 || viscous_power != 0 || inertial_power != 0))
     throw InvalidInput("Simulation: the state has powers of the air; the scene must have airflow.");
   if (step < 0) throw InvalidInput("Simulation", "state's step", static_cast<double>(step), "", ">= 0");
   if (closed_force.size() != static_cast<std::ptrdiff_t>(closed.size()))
@@ -67,14 +67,14 @@ void State::validate(const Shape& shape) const {
                            "It belongs to another scene.");
   if (!(depth >= 0) || !std::isfinite(depth))
     throw InvalidInput("Simulation", "state's depth", depth, "m", ">= 0 and finite");
-  if (!std::isfinite(supplied_power) || !std::isfinite(viscous_power))
-    throw InvalidInput("Simulation: the state's supplied_power and viscous_power must be finite.");
+  if (!std::isfinite(supplied_power) || !std::isfinite(viscous_power) || !std::isfinite(inertial_power))
+    throw InvalidInput("Simulation: the state's supplied_power, viscous_power and inertial_power must be finite.");
   if (closed.empty() && contact_force.size() > 0 && !contact_force.isZero(0))
     throw InvalidInput(
         "Simulation: the state has contact forces; must have the closed constraints that carry them.");
   for (const double energy : {ledger.kinetic, ledger.elastic, ledger.load_work, ledger.flow_work,
                               ledger.contact_work, ledger.viscous_loss, ledger.numerical_loss, ledger.initial,
-                              ledger.air_supplied_energy, ledger.air_viscous_energy})
+                              ledger.air_supplied_energy, ledger.air_viscous_energy, ledger.air_inertial_energy})
     if (!std::isfinite(energy)) throw InvalidInput("Simulation: the state's ledger must be finite.");
   if (watched &&
       (watched->inverted_by_layer.size() != shape.layers || (watched->inverted_by_layer.array() < 0).any()))

@@ -173,6 +173,8 @@ std::vector<Waveform> make_waveforms() {
            [](const FlowRecord& r) { return r.state.supplied_power; }),
       wave("air_viscous_loss", "W", "What friction at the walls takes of it; the rest leaves with the jet.",
            [](const FlowRecord& r) { return r.state.viscous_power; }),
+      only(Of::inertance, wave("air_inertial_power", "W", "What accelerates the air between the sections, of the air power.",
+                               [](const FlowRecord& r) { return r.state.inertial_power; })),
       since_start(only(Of::airflow,
                        wave("flow_work", "J", "Work of the airflow on the tissue since t = 0, part of load_work.",
                             &Ledger::flow_work))),
@@ -183,6 +185,8 @@ std::vector<Waveform> make_waveforms() {
       since_start(
           only(Of::airflow, wave("air_viscous_energy", "J", "What friction at the walls took of it since t = 0.",
                                  &Ledger::air_viscous_energy))),
+      since_start(only(Of::inertance, wave("air_inertial_energy", "J", "What accelerated the air since t = 0.",
+                                           &Ledger::air_inertial_energy))),
       only(Of::tubes, wave("tube_energy", "J", "Of sound and walls in trachea and vocal tract.",
                            [](const StepTaken& s) {
                              return s.simulation().air_column()->tube_energy(s.simulation().state().air);
@@ -265,6 +269,10 @@ bool Waveform::exists_in(const Scene& scene) const {
     case Of::changing_pressure:
       return scene.airflow &&
              (scene.airflow->flow.rise > 0 || scene.airflow->flow.course || scene.airflow->tubes.trachea);
+    case Of::inertance: {
+      const auto* slit = scene.airflow ? std::get_if<ViscousSlit>(&scene.airflow->flow.model) : nullptr;
+      return slit && slit->inertance;
+    }
     case Of::tubes:
       return scene.airflow && scene.airflow->tubes.any();
     case Of::trachea:
@@ -308,7 +316,8 @@ Recorder::Recorder(const Simulation& simulation, const std::vector<std::string>&
     if (!waveform.exists_in(simulation.scene()))
       throw InvalidInput(
           "Recorder: \"" + name +
-          "\" is a waveform of airflow, its rise, trachea or tract, of contact or friction; the scene must have "
+          "\" is a waveform of airflow, its rise, inertance, trachea or tract, of contact or friction; the scene "
+          "must have "
           "that part.");
     std::vector<std::ptrdiff_t> shape;
     if (waveform.per == Per::section) shape.push_back(simulation.airflow()->sections().count());

@@ -3,7 +3,8 @@
 In each step the flow U satisfies the scene's law at its areas, U = f(A, p_below, p_above). Of a tube the
 pressure at the glottis at a step's end is affine in the flow there then, as its motion is linear: substeps of
 the implicit midpoint rule through which the flow is linear, as in a run. So U is the root of a monotone
-function of one variable. The air that the folds displace flows too: what is below the narrowest section comes
+function of one variable. With inertance of the slit U drives itself by the drop less d(L U)/dt, a backward
+difference as in a run. The air that the folds displace flows too: what is below the narrowest section comes
 from below, what is above goes up.
 """
 
@@ -154,6 +155,26 @@ class _Line:
         self.state, self._flow = self._free + self._after * flow, flow
 
 
+class _Inertia:
+    """Phi = L U from step to step; its rate is `rate` Phi - `past`, of second order after the first step."""
+
+    def __init__(self, step: float) -> None:
+        self._step = step
+        self._known: list[float] = []  # the last one, and that before
+
+    def steady(self, momentum: float) -> None:
+        self._known = [momentum]
+
+    def begin(self) -> tuple[float, float]:
+        if len(self._known) == 1:
+            return 1 / self._step, self._known[0] / self._step
+        last, before = self._known
+        return 1.5 / self._step, (2 * last - 0.5 * before) / self._step
+
+    def end(self, momentum: float) -> None:
+        self._known = [momentum, self._known[0]]
+
+
 class _Driven:
     """The flow law between two tubes, or pressures that are held."""
 
@@ -163,6 +184,7 @@ class _Driven:
         trachea, tract = law.trachea, law.tract
         self._below = None if trachea is None else _Line(trachea, step)
         self._above = None if tract is None else _Line(tract, step)
+        self._inertia = _Inertia(step)
         self._out = None if scene.tract is None else tract_response(scene.tract, scene.airflow).outflow
 
     def run(self, areas: Floats, displaced: Floats) -> dict[str, Floats]:
@@ -177,6 +199,7 @@ class _Driven:
     def _start(self, area: Floats) -> tuple[float, ...]:
         resistances = [0.0 if line is None else line.resistance for line in (self._below, self._above)]
         flow = self._root(area, self._supply, 0.0, resistances[0], resistances[1])
+        self._inertia.steady(self._law.inertance(area) * flow)
         if self._below is not None:
             self._below.steady(-flow)
         if self._above is not None:
@@ -191,7 +214,10 @@ class _Driven:
         if self._above is not None:
             from_above = self._above.impedance
             above = self._above.begin() - from_above * air[1]
-        flow = self._root(area, below, above, from_below, from_above)
+        inertance = float(self._law.inertance(area))
+        rate, past = self._inertia.begin()
+        flow = self._root(area, below + past, above, from_below + rate * inertance, from_above)
+        self._inertia.end(inertance * flow)
         if self._below is not None:
             self._below.end(-flow - air[0])
         if self._above is not None:

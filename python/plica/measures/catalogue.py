@@ -800,6 +800,7 @@ _QUANTITIES = (
         "by the pressure difference along the glottis, over the run",
     ),
     _energy("air_viscous_energy", "Air's viscous loss", "J", "of the energy supplied, over the run"),
+    _energy("air_inertial_energy", "Work that accelerates the air", "J", "in the glottis, over the run"),
     _accuracy(
         "contact_force_balance",
         "Imbalance of the forces",

@@ -78,6 +78,11 @@ class ViscousSlit(Part):
         default_factory=engine_default("ViscousSlit", "least_gap")
     )
     """[-] Lower limit of the mean gap of a section, relative to the length of the glottis."""
+    inertance: Annotated[bool, Field(strict=True)] = Field(
+        default_factory=engine_default("ViscousSlit", "inertance")
+    )
+    """Whether the air between the first and the last section has inertia: the flow then lags behind the
+    pressure. Without it flow and pressures follow the areas at once."""
 
 
 class Bernoulli(Part):

@@ -203,33 +203,49 @@ class SmallMotion:
         return self._still(np.asarray(np.linalg.eigvals(viscous.matrix(rest)), dtype=complex))
 
     def matrix(self, rest: FlowEquilibrium) -> NDArray[Any]:
-        """(m, m) of z' = A z: z are coordinates, their rates, and the states of the tubes."""
+        """(m, m) of z' = A z: z are coordinates, their rates, the states of the tubes, and with inertance of
+        the air in the glottis the drop of pressure without what accelerates it."""
         r = len(self.squares)
         air = _Air(self, rest)
         stiffness = np.diag(self.squares).astype(complex if self.damping.loss_factor else float)
         if self.damping.loss_factor:
             stiffness *= 1 + 1j * self.damping.loss_factor
         tubes = [(tube, sign) for tube, sign in ((self.trachea, -1), (self.tract, 1)) if tube is not None]
-        size = 2 * r + sum(len(tube.storage) for tube, _ in tubes)
-        A = np.zeros((size, size), dtype=stiffness.dtype)
-        A[:r, r : 2 * r] = np.eye(r)
-        A[r : 2 * r, :r] = air.force_by_motion - stiffness
-        A[r : 2 * r, r : 2 * r] = -self._damping_matrix()
         first = {}
-        at = 2 * r
+        lag = 2 * r  # with inertance, the drop that drives the flow without
         for tube, sign in tubes:
-            first[sign] = at
-            at += len(tube.storage)
+            first[sign] = lag
+            lag += len(tube.storage)
+        size = lag if air.inertia is None else lag + 1
+        A = np.zeros((size, size), dtype=np.result_type(stiffness, air.force_by_motion))
+        motion, rates = slice(0, r), slice(r, 2 * r)
+        A[motion, rates] = np.eye(r)
+        A[rates, motion] = air.force_by_motion - stiffness
+        A[rates, rates] = -self._damping_matrix()
         for sign, column in first.items():  # what the pressure at a tube's end does to the tissue
-            A[r : 2 * r, column] = air.force_by_end[sign]
+            A[rates, column] = air.force_by_end[sign]
+        flow = np.zeros(size, dtype=A.dtype)  # through the glottis
+        flow[motion] = air.flow_by_motion
+        for sign, column in first.items():
+            flow[column] = air.flow_by_end[sign]
+        if air.inertia is not None:
+            A[lag, lag], A[lag, rates] = -1.0, -air.inertia.momentum_by_motion
+            for sign, column in first.items():
+                A[lag, column] = -sign
+            A[lag] /= air.inertia.momentum_by_drop
+            for rows, (by_drop, by_rates, by_lag) in (
+                (A[rates], air.inertia.forces),
+                (flow, air.inertia.flows),
+            ):
+                rows[..., lag] += by_drop
+                rows[..., rates] += by_rates
+                rows += np.multiply.outer(by_lag, A[lag])
         for tube, sign in tubes:
             row, own = first[sign], slice(first[sign], first[sign] + len(tube.storage))
             storage = np.asarray(tube.storage)
             A[own, own] = np.asarray(tube.rates) / storage[:, None]
-            into = np.zeros(size, dtype=A.dtype)  # of the flow into the tube
-            into[:r], into[r : 2 * r] = air.flow_by_motion, air.flow_by_rates[sign]
-            for other, column in first.items():
-                into[column] += air.flow_by_end[other]
+            into = flow.copy()  # the tube
+            into[rates] += air.flow_by_rates[sign]
             A[row] += sign * into / storage[0]
         return A
 
@@ -255,11 +271,14 @@ class _Air:
         if motion.damping.loss_factor:
             left = left / (1 + 1j * motion.damping.loss_factor)
         slope, by_drop = np.asarray(tangent.pressure_by_area), np.asarray(tangent.pressure_by_drop)
-        count = len(by_drop)
+        count, flow_by_drop = len(by_drop), tangent.flow_by_drop
+        lags = len(tangent.momentum_by_drop) > 0  # the drop is then another variable
+        own_drop = 0 * by_drop if lags else by_drop
         right = np.column_stack(
-            (slope @ areas, slope @ left[:, -2] + by_drop, slope @ left[:, -1] + 1 - by_drop)
+            (slope @ areas, slope @ left[:, -2] + own_drop, slope @ left[:, -1] + 1 - own_drop)
         )
-        found = np.linalg.solve(np.eye(count) - slope @ left[:, :-2], right)
+        within_sections = np.eye(count) - slope @ left[:, :-2]
+        found = np.linalg.solve(within_sections, right)
         of_motion, of_ends = found[:, :-2], {-1: found[:, -2], 1: found[:, -1]}
         of_sections, loads = motion.loads[:-2], {-1: motion.loads[-2], 1: motion.loads[-1]}
         self.force_by_motion = of_sections.T @ of_motion
@@ -267,10 +286,43 @@ class _Air:
         by_area, shares = np.asarray(tangent.flow_by_area), np.asarray(tangent.from_below)
         self.flow_by_motion = by_area @ (areas + left[:, :-2] @ of_motion)
         self.flow_by_end = {
-            end: by_area @ (left[:, column] + left[:, :-2] @ of_ends[end]) - end * tangent.flow_by_drop
+            end: by_area @ (left[:, column] + left[:, :-2] @ of_ends[end])
+            - end * (0 if lags else flow_by_drop)
             for end, column in ((-1, -2), (1, -1))
         }
         self.flow_by_rates = {
             -1: loads[-1] + shares @ of_sections,
             1: -loads[1] - (1 - shares) @ of_sections,
         }
+        self.inertia: _Inertia | None = None
+        if lags:
+            momentum = np.asarray(tangent.momentum_by_area) @ areas
+            by_lag = np.asarray(tangent.momentum_by_drop)
+            by_rates = momentum[-1] - momentum + np.asarray(tangent.pressure_by_expansion) @ of_sections
+            right = np.column_stack((by_drop, by_rates, by_lag[-1] - by_lag))
+            found = np.linalg.solve(within_sections, right)
+            flows = by_area @ left[:, :-2] @ found
+            flows[0] += flow_by_drop
+            forces = of_sections.T @ found
+            self.inertia = _Inertia(
+                momentum[-1],
+                float(by_lag[-1]),
+                (forces[:, 0], forces[:, 1:-1], forces[:, -1]),
+                (flows[0], flows[1:-1], flows[-1]),
+            )
+
+
+@dataclass(frozen=True)
+class _Inertia:
+    """What inertance adds: to forces (r) on the coordinates and to the flow, by the drop D' that drives the
+    flow without it, by the rates of the coordinates and by that of D'. What the pressures move outside the
+    span of the shapes has no momentum."""
+
+    momentum_by_motion: Floats
+    """(r) Pa s kg^(1/2)/m, of the last section, D = D' + rate of it."""
+    momentum_by_drop: float
+    """[s]"""
+    forces: tuple[NDArray[Any], NDArray[Any], NDArray[Any]]
+    """(r), (r, r), (r)"""
+    flows: tuple[Any, NDArray[Any], Any]
+    """[-], (r), [-]"""

@@ -91,7 +91,7 @@ def test_defaults_are_the_engines() -> None:
         assert getattr(airflow, name) == getattr(engine, name)
     assert airflow.model.viscous_slit is not None
     assert airflow.area.cut is not None
-    for name in ("separation_ratio", "air_viscosity", "least_gap"):
+    for name in ("separation_ratio", "air_viscosity", "least_gap", "inertance"):
         assert getattr(airflow.model.viscous_slit, name) == getattr(engine.model, name)
     assert airflow.area.cut.sections == engine.area.sections
     assert plica.Bernoulli().zero_flow_fraction == _engine.Bernoulli().zero_flow_fraction == 0.5

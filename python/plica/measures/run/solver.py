@@ -22,6 +22,7 @@ def energy_measures(waveforms: Mapping[str, Array]) -> list[Measure]:
         "contact_work",
         "air_supplied_energy",
         "air_viscous_energy",
+        "air_inertial_energy",
     )
     found = [whole(name, float(waveforms[name][-1])) for name in terms if name in waveforms]
     if "friction_loss" in waveforms:

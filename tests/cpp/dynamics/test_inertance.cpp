@@ -1,0 +1,168 @@
+// Voices whose air has inertia: all steps give the same, the air's power is that of the tissue, runs go on.
+#include <doctest/doctest.h>
+
+#include "../approx.hpp"
+#include "reduced_scenes.hpp"
+
+using namespace plica;
+using scenes::options;
+using scenes::relative;
+
+namespace {
+
+Scene voice(bool tubes, bool inertance = true) {
+  Scene scene = scenes::larynx_folds();
+  scene.airflow->flow.model = ViscousSlit{1.2, 1.8e-5, 3e-4, inertance};
+  scene.airflow->flow.area = CutSections{8};
+  if (tubes) {
+    scene.airflow->tubes.trachea = Tube{{0.12}, {2e-4}, PressureSupply{0.5}, {}, 1000.0};
+    scene.airflow->tubes.tract = Tube{{0.03, 0.14}, {0.6e-4, 4e-4}, Radiation{}, YieldingWall{}, 1000.0};
+  }
+  return scene;
+}
+
+double power_on_walls(const FlowState& flow, const AirwayExpansion& moving) {
+  return flow.subglottal_pressure * moving.below + flow.pressure.dot(moving.sections) +
+         flow.supraglottal_pressure * moving.above;
+}
+
+}  // namespace
+
+TEST_CASE("inertance changes a voice") {
+  for (const bool tubes : {false, true}) {
+    Simulation one(voice(tubes), options(HilberHughesTaylor{}, 1e-4, 1e-12));
+    Simulation other(voice(tubes, false), options(HilberHughesTaylor{}, 1e-4, 1e-12));
+    for (int i = 0; i < 20; ++i) {
+      one.advance();
+      other.advance();
+      CHECK(one.record().flow->converged);
+      CHECK(std::abs(one.state().ledger.error()) < 1e-9 * one.state().ledger.kinetic + 1e-14);
+    }
+    CHECK(relative(one.displacement(), other.displacement()) > 1e-4);
+    CHECK(one.state().ledger.air_inertial_energy != 0);
+    CHECK(other.state().ledger.air_inertial_energy == 0);
+  }
+}
+
+TEST_CASE("a voice in all displacements is that of its nodes, with inertance too") {
+  for (const bool tubes : {false, true}) {
+    const Scene scene = voice(tubes);
+    Simulation full(scene, options(HilberHughesTaylor{}, 1e-4, 1e-12));
+    Simulation reduced(scenes::reduced(scene, scenes::every_displacement(scene)),
+                       options(HilberHughesTaylor{}, 1e-4, 1e-12));
+    for (int i = 0; i < 20; ++i) {
+      full.advance();
+      reduced.advance();
+    }
+    CHECK(relative(reduced.displacement(), full.displacement()) < 1e-5);
+    CHECK(reduced.state().air.momentum[7] == approx(full.state().air.momentum[7]).epsilon(1e-4));
+    CHECK(reduced.state().ledger.air_inertial_energy ==
+          approx(full.state().ledger.air_inertial_energy).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("couplings and explicit steps come to the same with inertance, as steps get short") {
+  const auto after = [](Coupling coupling, TimeScheme scheme, double step, double end = 1e-3,
+                        CellMass mass = CellMass::consistent) {
+    Scene scene = voice(false);
+    scene.contact.reset();
+    scene.velocity.reset();
+    scene.airflow->coupling = coupling;
+    Simulation::Options how = options(scheme, step, 1e-12);
+    how.mass = mass;
+    Simulation simulation(scene, how);
+    while (simulation.time() < end - 1e-9) simulation.advance();
+    return simulation.displacement();
+  };
+  const Vector finest = after(Iterated{}, Newmark{}, 1e-5);
+  const double coarse = relative(after(Iterated{}, Newmark{}, 4e-5), finest);
+  CHECK(coarse < 0.03);
+  CHECK(relative(after(Iterated{}, Newmark{}, 2e-5), finest) < 0.4 * coarse);
+  CHECK(relative(after(Extrapolated{}, Newmark{}, 1e-5), finest) < 0.01);
+  const double brief = 1e-4;
+  CHECK(relative(after(Extrapolated{}, CentralDifferences{}, 4e-7, brief, CellMass::lumped),
+                 after(Iterated{}, Newmark{}, 5e-6, brief, CellMass::lumped)) < 0.03);
+  CHECK(relative(after(Lagged{}, Newmark{}, 1e-5), finest) < 0.05);
+}
+
+TEST_CASE("what leaves the trachea and does not enter the tract is what jet, friction, inertia and tissue take") {
+  const auto off = [](double step) {
+    Scene scene = voice(true);
+    scene.contact.reset();
+    scene.velocity.reset();
+    scene.airflow->flow.rise = 1e-3;  // what swings within a step has no power that sums say
+    Simulation simulation(scene, options(Newmark{}, step, 1e-12));
+    double air = 0, before = 0, most = 0;
+    const Airflow& airflow = *simulation.airflow();
+    for (int i = 0; simulation.time() < 2e-3 - 1e-9; ++i) {
+      simulation.advance();
+      const FlowState& flow = simulation.record().flow->state;
+      const Vector velocity =
+          as_points(simulation.velocity())(airflow.nodes(), Eigen::all).reshaped<Eigen::RowMajor>();
+      const AirwayExpansion moving = airflow.expansion(velocity);
+      const double in = flow.subglottal_pressure * flow.flow_below - flow.supraglottal_pressure * flow.flow_above;
+      const double tissue = in - flow.jet_power - flow.viscous_power - flow.inertial_power;
+      most = std::max(most, std::abs(flow.inertial_power / tissue));
+      if (simulation.time() > 7e-4) {  // before, the coupling's tolerance is all there is
+        CHECK(std::abs(tissue - power_on_walls(flow, moving)) < 1e-3 * std::abs(in));
+        CHECK(flow.flow_below - flow.flow_above == approx(moving.total()).epsilon(1e-3));
+      }
+      if (i > 0) air += 0.5 * step * (before + tissue);
+      if (i == 0) air = simulation.state().ledger.flow_work;
+      before = tissue;
+    }
+    CHECK(most > 0.01);
+    return std::abs(air / simulation.state().ledger.flow_work - 1);
+  };
+  const double coarse = off(4e-5), fine = off(2e-5);
+  CHECK(fine < 5e-3);
+  CHECK(coarse / fine > 2);
+}
+
+TEST_CASE("a run that is continued goes on with the momentum of its air, bit for bit") {
+  for (const bool tubes : {false, true})
+    for (const Coupling& coupling : scenes::cases<Coupling>({Iterated{}, Extrapolated{}, Lagged{}}))
+      for (const bool reduced : {false, true}) {
+        Scene each = voice(tubes);
+        each.airflow->coupling = coupling;
+        if (reduced) each = scenes::reduced(each, scenes::every_displacement(each));
+        const Simulation::Options how = options(HilberHughesTaylor{}, 1e-4, 1e-12);
+        Simulation whole(each, how), second(each, how);
+        for (const int after : {1, 5}) {  // the memory of a first step, and of another
+          while (whole.state().step < after) whole.advance();
+          State kept = whole.state();
+          kept.air = AirColumn::Memory::of(kept.air.numbers());
+          second.restore(kept);
+          for (int i = 0; i < 3; ++i) {
+            whole.advance();
+            second.advance();
+          }
+          CHECK(second.displacement() == whole.displacement());
+          CHECK(second.state().air.numbers() == whole.state().air.numbers());
+          CHECK(second.state().ledger.air_inertial_energy == whole.state().ledger.air_inertial_energy);
+          kept.air.momentum = Vector::Zero(3);
+          CHECK_THROWS_AS(second.restore(kept), InvalidInput);
+          kept.air = whole.state().air;
+          kept.air.momentum[1] = NAN;
+          CHECK_THROWS_AS(second.restore(kept), InvalidInput);
+          kept = whole.state();
+          kept.inertial_power = INFINITY;
+          CHECK_THROWS_AS(second.restore(kept), InvalidInput);
+        }
+      }
+}
+
+TEST_CASE("symmetric folds whose air has inertia are a half of the whole") {
+  Scene scene = voice(true);
+  const Scene symmetric = scenes::symmetric_folds();
+  scene.velocity = symmetric.velocity;
+  Simulation whole(scene, options(HilberHughesTaylor{}, 1e-4, 1e-12));
+  scene.symmetry = Symmetry::half;
+  Simulation half(scene, options(HilberHughesTaylor{}, 1e-4, 1e-12));
+  for (int i = 0; i < 15; ++i) {
+    whole.advance();
+    half.advance();
+  }
+  CHECK(relative(half.displacement(), whole.displacement()) < 1e-4);
+  CHECK(half.state().air.momentum[7] == approx(whole.state().air.momentum[7]).epsilon(1e-4));
+}
