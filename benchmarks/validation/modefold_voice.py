@@ -17,8 +17,8 @@ density and E, with modes of the same frequency. Record: `modefold_voice`.
 Its flow also has the inertance of the air in the glottis, rho l / 2 A with the height l of the fold and the
 least area A, all of it above the folds; Plica's is quasi-steady. --inertance puts it at the entrance of
 Plica's tract, as a short tube of that area without friction, to see what it is worth. Record:
-`modefold_inertance`. --own has growth and onset without and with Plica's own inertance, rho times the integral
-of dz / a along the glottis. Record: `modefold_own_inertance`.
+`modefold_inertance`. --own has growth and onset without and with Plica's own inertance, rho times the
+integral of dz / a along the glottis. Record: `modefold_own_inertance`.
 """
 
 from __future__ import annotations

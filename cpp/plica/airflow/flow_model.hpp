@@ -120,8 +120,9 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
 /// With inertance the drop from the first section to section i is larger by dPhi_i/dt,
 ///   Phi_i = L_i U,  L_i = rho integral of dz / a up to section i
 /// (docs/theory/airflow.md): U has the resistance rate L_s and the drop past_s more, p_i the resistance
-/// rate (L_s - L_i) and the pressure past_i - past_s. How walls divide the air that they displace is that of the
-/// flow without inertance, whose drop may vanish where air only decelerates.
+/// rate (L_s - L_i) and the pressure past_i - past_s. U is then the flow of the jet. What walls make room for
+/// upstream of the separation is filled from below, where friction does not decide otherwise, and p_i is lower by
+/// rho U W_i / e_i^2, W_i being what is filled beyond section i: first order in rates, as dPhi/dt.
 FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel, const Vector& areas,
                             const AirwayExpansion* moving = nullptr);
 
