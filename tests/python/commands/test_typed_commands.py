@@ -30,6 +30,7 @@ FIRST_SESSION = (
 )
 SCENE_SESSION = (
     "plica mesh scene.toml",
+    "plica mesh scene.toml --picture glottis.svg",
     "plica mesh scene.toml -o mesh.vtu",
     "plica run scene.toml -o runs/one",
     "plica run scene.toml -o runs/one --resume",

@@ -108,7 +108,7 @@ def test_what_a_run_has_is_a_runs(run: AnalyticRun) -> None:
 
 
 def test_every_quantity_is_measured_of_what_the_catalogue_says() -> None:
-    rough = {"friction_loss": np.zeros(BASE.steps)}
+    rough = dict.fromkeys(("friction_loss", "air_inertial_energy"), np.zeros(BASE.steps))
     tract = tract_response(plica.Tract(vowel={"name": "a"}), plica.Airflow())
     waves = {**VOICES["closing"].waveforms, **rough}
     run = dataclasses.replace(VOICES["closing"], waveforms=waves, vocal_tract=tract)

@@ -48,11 +48,13 @@ def test_every_waveform_of_a_run_has_a_unit_and_a_meaning(phonating: plica.Scene
     rough = plica.Contact(multipliers=plica.Multipliers(), friction=0.3)
     tube = {"uniform": {"length": "15 cm", "area": "3 cm^2"}}
     without = phonating.replace({"contact": rough, "airflow.rise": "1 ms"})
+    between = without.replace({"tract": tube, "trachea": tube})
+    inertial = between.replace({"airflow.model": plica.ViscousSlit(inertance=True)})
     names = [
-        set(plica.build_simulation(scene).advance(0))
-        for scene in (phonating, without, without.replace({"tract": tube, "trachea": tube}))
+        set(plica.build_simulation(scene).advance(0)) for scene in (phonating, without, between, inertial)
     ]
-    assert names[2] == set(STORED)
+    assert names[3] == set(STORED)
+    assert names[3] - names[2] == {"air_inertial_power", "air_inertial_energy"}
     assert names[1] - names[0] == {"friction_loss", "subglottal_pressure"}
     of_tubes = {"supraglottal_pressure", "flow_below", "flow_above", "lip_flow", "supply_rise"}
     energies = {"supply_energy", "tube_loss", "radiated_energy", "tube_outflow_energy", "tube_energy"}
