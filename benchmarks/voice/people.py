@@ -91,7 +91,9 @@ def row(name: str, varied: str, scene: plica.Scene, start: float) -> list[object
             return [name, varied, *[None] * (len(COLUMNS) - 3), str(error).splitlines()[0][:120]]
         measures = run.measures
         shown = [
-            None if measures[key].value is None else format(factor * measures[key].value, how)
+            None
+            if key not in measures or measures[key].value is None
+            else format(factor * measures[key].value, how)
             for key, factor, how in MEASURES
         ]
         neglected = 100 * float(np.sqrt(0.5 * np.max(run["strain_neglected"])))

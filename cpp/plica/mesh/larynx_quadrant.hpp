@@ -32,11 +32,18 @@ struct LarynxQuadrant {
     return {minor * d[0], shape.major * d[1]};
   }
   Eigen::Vector2d cylinder(double line) const { return shape.radius * direction(line); }
+  /// Whether the tip, what lies behind it and the next line of the airway are nearly in a line, at a vertex of the
+  /// airway: within a tenth, where the glottis is narrow.
+  bool narrow(std::int32_t vertex) const {
+    const SectionVertex& own = section.vertices[static_cast<std::size_t>(vertex)];
+    const Eigen::Vector2d next = direction(lines - 1);
+    return own.airway && own.minor * next[0] < 0.1 * shape.major * (1 - next[1]);
+  }
   /// Quads of even and odd lines are cut by turns: at the lower vertex on even lines. Those that begin at the tip
-  /// of the airway are cut there: the tip, the node behind it and the airway's next line are nearly in a plane.
+  /// of a narrow glottis are cut there, as the other triangles would be flat.
   std::int64_t key(std::int32_t vertex, int line) const {
     const auto count = static_cast<std::int64_t>(section.vertices.size());
-    if (line == lines && section.vertices[static_cast<std::size_t>(vertex)].airway) return vertex - count;
+    if (line == lines && narrow(vertex)) return vertex - count;
     return line % 2 == 0 ? vertex : 2 * count - vertex;
   }
 };

@@ -46,23 +46,32 @@ TEST_CASE("a scene has the waveforms of its parts and no others") {
     const std::vector<std::string> names = waveforms_of(one);
     return std::set<std::string>(names.begin(), names.end());
   };
+  const auto inertia = [&](bool inertance) {
+    ViscousSlit slit;
+    slit.inertance = inertance;
+    scene.airflow->flow.model = slit;
+  };
+  inertia(true);
   CHECK(had(scene).size() == waveforms().size());
+  inertia(false);
+  for (const char* name : {"air_inertial_power", "air_inertial_energy"}) CHECK(had(scene).count(name) == 0);
+  CHECK(had(scene).size() == waveforms().size() - 2);
   scene.airflow->flow.rise = 0;
   CHECK(had(scene).count("subglottal_pressure") == 1);
   scene.airflow->tubes.trachea.reset();
   for (const char* name : {"subglottal_pressure", "supply_rise"}) CHECK(had(scene).count(name) == 0);
-  CHECK(had(scene).size() == waveforms().size() - 2);
+  CHECK(had(scene).size() == waveforms().size() - 4);
   scene.airflow->tubes.tract.reset();
   for (const char* name : {"lip_flow", "supraglottal_pressure", "flow_below", "flow_above", "tube_energy",
                            "supply_energy", "tube_outflow_energy", "tube_loss", "radiated_energy"})
     CHECK(had(scene).count(name) == 0);
-  CHECK(had(scene).size() == waveforms().size() - 11);
+  CHECK(had(scene).size() == waveforms().size() - 13);
   scene.airflow->flow.rise = 1e-3;
   CHECK(had(scene).count("subglottal_pressure") == 1);
   scene.airflow->flow.rise = 0;
   scene.contact->friction.reset();
   CHECK(had(scene).count("friction_loss") == 0);
-  CHECK(had(scene).size() == waveforms().size() - 12);
+  CHECK(had(scene).size() == waveforms().size() - 14);
   scene.contact.reset();
   CHECK(had(scene).count("contact_work") == 0);
   CHECK(had(scene).count("flow") == 1);
