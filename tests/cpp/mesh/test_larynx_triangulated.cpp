@@ -272,6 +272,7 @@ TEST_CASE("layers along the normal are as thick as stated across the surface, in
     }
   }
   CHECK(found > 6);
+  larynx.shape.ligament_thickness.reset();
   larynx.shape.layer_thickness = 0.3e-2;
   CHECK_THROWS_WITH_AS(larynx_mesh(larynx), doctest::Contains("along the normal"), InvalidInput);
 }
