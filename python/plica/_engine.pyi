@@ -1163,6 +1163,7 @@ def larynx_mesh(
     major: typing.SupportsFloat | typing.SupportsIndex = 0.007,
     radius: typing.SupportsFloat | typing.SupportsIndex = 0.008,
     layer_thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0005,
+    ligament_thickness: typing.SupportsFloat | typing.SupportsIndex | None = None,
     layers_from_section: typing.SupportsInt | typing.SupportsIndex = 4,
     layers_to_section: typing.SupportsInt | typing.SupportsIndex = 7,
     layers_along: str = "level",
