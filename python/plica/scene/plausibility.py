@@ -323,7 +323,8 @@ def _layer_caution(scene: Scene, mesh: MeshArrays) -> Iterator[Caution]:
             f"{key} = {_shown(value, 'm')}. The tissue is so thin that cover and "
             f"ligament are limited to {DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
         )
-        yield Caution("layer_thickness", seen, "Use thinner layers, or a larger mesh.options.radius.")
+        size = "mesh.folds.depth" if key.startswith("mesh.folds") else "mesh.options.radius"
+        yield Caution("layer_thickness", seen, f"Use thinner layers, or a larger {size}.")
 
 
 def _layer_thicknesses(larynx: Larynx) -> Iterator[tuple[str, float]]:
