@@ -99,7 +99,7 @@ def _paint_above(axes: Axes, corners: Floats, wall: float) -> None:
         aspect="equal",
         xlabel="left          x (mm)          right",
         ylabel="back          y (mm)          front",
-        title=f"from above: {np.ptp(y):.1f} mm long, {right[widest] - left[widest]:.2f} mm wide",
+        title=f"from above: {np.ptp(corners[..., 1]):.1f} mm long, {right[widest] - left[widest]:.2f} mm wide",
     )
 
 
