@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from plica.errors import SceneError
 from plica.scene.problems import describe, path_text, unknown_text
 
-__all__ = ["Changeable"]
+__all__ = ["Changeable", "changed"]
 
 SomePart = TypeVar("SomePart", bound="Changeable")
 Path = tuple[str | int, ...]
@@ -69,11 +69,16 @@ class Changeable(BaseModel):
         >>> air.replace({"subglottal_pressure": "1 kPa", "coupling": "lagged"}).subglottal_pressure
         1000.0
         """
-        return _Changer(f"{type(self).__name__}.replace").apply(self, changes)
+        return changed(self, changes, f"{type(self).__name__}.replace")
 
     def before_change(self, names: Collection[str]) -> Self:
         """The part before `replace` changes these fields."""
         return self
+
+
+def changed(part: SomePart, changes: Mapping[str, Any], where: str) -> SomePart:
+    """What `Changeable.replace` returns; lines of its SceneError begin with `where`."""
+    return _Changer(where).apply(part, changes)
 
 
 class _Changer:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.scene.changes import changed
 from plica.scene.composition import require_combinable
 from plica.scene.mesh.folds import SHAPE
 from plica.scene.mesh.parts import Blocks, Larynx, Mesh
@@ -200,17 +201,19 @@ class Scene(Part):
     def _of_a_voice(cls, data: dict[str, Any], where: str) -> Self:
         """The scene of a file with the key `voice`: what else the file has changes that of the preset."""
         name, without = data.pop("voice", None), data.pop("without", [])
+        if name is None:
+            raise SceneError(
+                f"{where}: without: must be left out, or voice given: it leaves out parts of a voice."
+            )
+        if not isinstance(without, list) or not all(isinstance(key, str) for key in without):
+            raise SceneError(f'{where}: without: must be a list of keys, e.g. ["symmetry", "tract"].')
+        for key in without:
+            _leave_out(data, key, where)
         try:
-            if name is None:
-                raise SceneError("without: must be left out, or voice given: there is nothing to leave out.")
-            if not isinstance(without, list) or not all(isinstance(key, str) for key in without):
-                raise SceneError('without: must be a list of keys, e.g. ["symmetry", "tract"].')
-            if doubled := [key for key in without if key in data]:
-                raise SceneError(f"without: {doubled[0]} must be left out, or not be given.")
-            return cls.of_voice(name).replace(data | dict.fromkeys(without))
+            voice = cls.of_voice(name)
         except SceneError as error:
-            lines = (line.removeprefix(f"{cls.__name__}.replace: ") for line in error.problems)
-            raise SceneError(f"{where}: {line}" for line in lines) from None
+            raise SceneError(f"{where}: {error}") from None
+        return changed(voice, data, where)
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """A validated copy with some fields changed (keys and values as in `Part.replace`).
@@ -315,6 +318,17 @@ class Scene(Part):
             if self.supports is not None and name in self.supports.fixed:
                 raise problem("must not be in supports.fixed too.", "supports", "components", name)
         return self
+
+
+def _leave_out(data: dict[str, Any], key: str, where: str) -> None:
+    """Add to the tables of a scene file that they have no such key, a dotted path."""
+    *path, last = key.split(".")
+    table: Any = data
+    for name in path:
+        table = table.setdefault(name, {}) if isinstance(table, dict) else None
+    if not isinstance(table, dict) or last in table:
+        raise SceneError(f"{where}: without: {key} must not be left out and given.")
+    table[last] = None
 
 
 def _changed(source: str) -> str:

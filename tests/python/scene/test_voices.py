@@ -46,6 +46,10 @@ def test_other_keys_change_the_voice_and_keep_the_rest() -> None:
     assert scene.tissue["body"] == female.tissue["body"]
     assert scene.mesh.folds.length == female.mesh.folds.length
     assert scene.tract.vowel is None
+    with_i = plica.Scene.from_text('voice = "male"\nwithout = ["tract.wall"]\ntract.vowel.name = "i"')
+    assert with_i == plica.Scene.of_voice("male").replace({"tract.vowel.name": "i"})
+    thesis = plica.Scene.from_text('voice = "male"\nwithout = ["mesh.folds"]\nmesh.larynx = "thesis"')
+    assert thesis.mesh == plica.Larynx(larynx="thesis", order=2)
     assert scene.trachea is None
 
 
@@ -64,7 +68,7 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
         ('voice = "male"\nwithout = ["tracts"]', "mine.toml: tracts is not known"),
         (
             'voice = "male"\nwithout = ["tract"]\ntract.wall = "rigid"',
-            "mine.toml: without: tract must be left",
+            "mine.toml: without: tract must not be left",
         ),
         ('voice = "male"\nwithout = ["mesh"]', "mine.toml: mesh is missing"),
         ('without = ["tract"]\ntissue = "normal"', "mine.toml: without: must be left out, or voice given"),
