@@ -14,19 +14,23 @@ from numpy.typing import NDArray
 from plica.measures.catalogue import medial_angle
 from plica.measures.record import Floats
 
-__all__ = ["coronal_contours", "medial_surface", "rest_contour"]
+__all__ = ["coronal_contours", "medial_surface", "narrowest_gap", "rest_contour"]
 
 _SAME_HEIGHT = 1e-6  # of the surface's extent, as the engine's sections
 
 
-def coronal_contours(points: Floats, faces: NDArray[np.integer[Any]]) -> tuple[Floats, Floats]:
+def coronal_contours(
+    points: Floats, faces: NDArray[np.integer[Any]], place: float | None = None
+) -> tuple[Floats, Floats]:
     """The lines in which a plane of constant y cuts the folds, (k, 2) each of z and x (m), upward.
 
     Parameters
     ----------
     points : (n, 3) m
     faces : (f, 3 or 6) rows of `points`
-        Of the airway, outward; by their corners. The plane is halfway between their smallest and largest y.
+        Of the airway, outward; by their corners.
+    place : float, optional
+        y (m) of the plane; default: halfway between their smallest and largest y.
 
     Returns
     -------
@@ -35,7 +39,7 @@ def coronal_contours(points: Floats, faces: NDArray[np.integer[Any]]) -> tuple[F
     """
     corners = np.asarray(faces)[:, :3]
     y = points[corners, 1]
-    middle = 0.5 * (y.min() + y.max())
+    middle = 0.5 * (y.min() + y.max()) if place is None else place
     u, v = (points[corners[:, k]] - points[corners[:, 0]] for k in (1, 2))
     facing = np.sign(u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1])
     lines = []
@@ -68,6 +72,12 @@ def rest_contour(points: Floats, faces: NDArray[np.integer[Any]]) -> Floats:
     return np.column_stack(
         (height, *(np.interp(height, line[:, 0], line[:, 1]) for line in (smaller, larger)))
     )
+
+
+def narrowest_gap(points: Floats, faces: NDArray[np.integer[Any]]) -> float:
+    """Least width (m) of the airway in its mid-coronal plane, of `rest_contour`; not a number without it."""
+    contour = rest_contour(points, faces)
+    return float((contour[:, 2] - contour[:, 1]).min()) if len(contour) else float("nan")
 
 
 def medial_surface(width: Floats, height: Floats) -> slice:

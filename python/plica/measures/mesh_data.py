@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+import numpy as np
+
 from plica.measures.record import Array
 
-__all__ = ["MeshData"]
+__all__ = ["MeshData", "toward_right"]
 
 
 class MeshData(Protocol):
@@ -32,3 +34,21 @@ class MeshData(Protocol):
     @property
     def surfaces(self) -> Mapping[str, Array]:
         """Named boundary faces, (f, 3) or (f, 6) node numbers."""
+
+
+def toward_right(points: Array, cells: Array, side: Array) -> int:
+    """1 where x points to the right fold, and y to the front; -1 where they point to the left fold and to the
+    back; 0 without a left and a right fold.
+
+    Parameters
+    ----------
+    points : (n, 3) m
+    cells : (m, 4 or 10)
+    side : (m)
+        0 none, 1 left, 2 right.
+    """
+    points, cells, side = np.asarray(points), np.asarray(cells), np.asarray(side)
+    if not ((side == 1).any() and (side == 2).any()):
+        return 0
+    left, right = (float(points[cells[side == k, :4], 0].mean()) for k in (1, 2))
+    return -1 if right < left else 1

@@ -13,7 +13,9 @@ from matplotlib.figure import Figure
 
 from plica import _engine
 from plica.errors import InvalidInput
-from plica.measures.record import Floats
+from plica.measures.contour import coronal_contours, rest_contour
+from plica.measures.mesh_data import toward_right
+from plica.measures.record import Array, Floats
 from plica.report.drawing import air, style, tissue
 from plica.storage.files import replaced
 
@@ -28,8 +30,10 @@ _PAPER: dict[str, Any] = {
     "savefig.facecolor": "white",
     "svg.hashsalt": "glottis",
 }
-_BEYOND = 2.5  # mm, shown below and above the layers
-_HEIGHTS = 400  # lines across the glottis, from back to front
+_WIDER = 3.0  # mm: as far as the glottis is wider than where it is narrowest by no more, it is drawn,
+_BEYOND = 1.5  # mm, and so much beyond
+_PLACES = 400  # from back to front
+_ACROSS, _ALONG = ("left", "x (mm)", "right"), ("back", "y (mm)", "front")
 
 
 def draw_glottis(mesh: _engine.TetMesh, path: Path) -> None:
@@ -45,61 +49,67 @@ def draw_glottis(mesh: _engine.TetMesh, path: Path) -> None:
     airway = mesh.surfaces.get("airway")
     if airway is None:
         raise InvalidInput(f'{path}: the mesh has no surface "airway"; a glottis cannot be drawn.')
-    points = 1e3 * np.asarray(mesh.points)  # mm
-    corners = points[np.asarray(airway)[:, :3]]
-    middle = 0.5 * float(corners[..., 1].min() + corners[..., 1].max())
+    points, faces = 1e3 * np.asarray(mesh.points, dtype=float), np.asarray(airway)  # mm
+    if not len(rest_contour(points, faces)):
+        raise InvalidInput(f'{path}: the surface "airway" must have two folds that face each other along x.')
     settings: Any = {**style, **_PAPER}
     with mpl.rc_context(settings):
         figure = Figure(figsize=(9.5, 4.2), layout="constrained")
         coronal, above = figure.subplots(1, 2)
-        _paint_coronal(coronal, mesh, points, middle)
-        _paint_above(above, corners, float(np.abs(points[:, 0]).max()))
+        _paint_coronal(coronal, mesh, points, faces)
+        _paint_above(above, mesh, points, faces)
         options: dict[str, Any] = {"format": path.suffix.lower()[1:]}
         if options["format"] == "svg":
             options["metadata"] = {"Date": None}
         replaced(path, lambda draft: figure.savefig(draft, **options))
 
 
-def _paint_coronal(axes: Axes, mesh: _engine.TetMesh, points: Floats, middle: float) -> None:
-    """Layers in the plane of constant y, seen from the front's side: the right fold is on the right."""
-    layer = np.asarray(mesh.cell_layer)
-    cells = np.asarray(mesh.cells)[:, :4]
-    names = list(mesh.layer_names)
-    heights = []
-    for number, name in enumerate(names):
-        polygons = plane_cut(points[cells[layer == number]], middle)
+def _axis(mesh: _engine.TetMesh, names: tuple[str, str, str]) -> str:
+    """Both ends of an axis and its unit; the unit alone of a mesh without a left and a right fold."""
+    direction = toward_right(mesh.points, mesh.cells, mesh.cell_side)
+    return (" " * 10).join(names[::direction]) if direction else names[1]
+
+
+def _paint_coronal(axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array) -> None:
+    """Layers in the middle plane."""
+    z, smaller, larger = rest_contour(points, faces).T
+    width = larger - smaller
+    near = z[width <= width.min() + _WIDER]
+    reach, height = 0.5 * float(np.ptp(near)) + _BEYOND, 0.5 * float(near.min() + near.max())
+    middle = float(0.5 * (smaller + larger)[width.argmin()])
+    y = points[np.unique(faces), 1]
+    layer, cells = np.asarray(mesh.cell_layer), np.asarray(mesh.cells)[:, :4]
+    for number, name in enumerate(mesh.layer_names):
+        polygons = plane_cut(points[cells[layer == number]], 0.5 * float(y.min() + y.max()))
         colour = _LAYERS[number % len(_LAYERS)]
         axes.add_collection(PolyCollection(polygons, facecolor=colour, edgecolor=colour, linewidth=0.3))
         axes.plot([], [], color=colour, linewidth=6, label=name)
-        if number > 0 and polygons:
-            heights += [z for polygon in polygons for z in polygon[:, 1]]
-    seen = points[:, 2] if not heights else np.array(heights)
-    reach = 0.5 * (seen.max() - seen.min()) + _BEYOND if heights else 0.5 * float(np.ptp(seen))
-    centre = 0.5 * (seen.max() + seen.min())
     axes.set(
-        xlim=(-1.3 * reach, 1.3 * reach),
-        ylim=(centre - reach, centre + reach),
+        xlim=(middle - 1.3 * reach, middle + 1.3 * reach),
+        ylim=(height - reach, height + reach),
         aspect="equal",
-        xlabel="left          x (mm)          right",
+        xlabel=_axis(mesh, _ACROSS),
         ylabel="z (mm), upward",
         title="middle plane",
     )
-    axes.legend(loc="upper center", ncols=len(names))
+    axes.legend(loc="upper center", ncols=len(mesh.layer_names))
 
 
-def _paint_above(axes: Axes, corners: Floats, wall: float) -> None:
-    """The narrowest opening at each place along the glottis, front at the top."""
-    y, left, right = narrowest(corners)
-    axes.add_patch(mpl.patches.Circle((0, float(y.mean())), wall, facecolor=tissue, edgecolor="none"))
+def _paint_above(axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array) -> None:
+    """The narrowest opening at each place along the glottis."""
+    from scipy.spatial import ConvexHull
+
+    y, left, right = narrowest(points, faces)
+    outline = points[ConvexHull(points[:, :2]).vertices, :2]
+    axes.fill(*outline.T, color=tissue)
     axes.fill_betweenx(y, left, right, color=air)
     widest = int(np.argmax(right - left))
+    length = float(np.ptp(points[np.unique(faces), 1]))
     axes.set(
-        xlim=(-1.05 * wall, 1.05 * wall),
-        ylim=(y.mean() - 1.05 * wall, y.mean() + 1.05 * wall),
         aspect="equal",
-        xlabel="left          x (mm)          right",
-        ylabel="back          y (mm)          front",
-        title=f"from above: {np.ptp(corners[..., 1]):.1f} mm long, {right[widest] - left[widest]:.2f} mm wide",
+        xlabel=_axis(mesh, _ACROSS),
+        ylabel=_axis(mesh, _ALONG),
+        title=f"from above: {length:.1f} mm long, {right[widest] - left[widest]:.2f} mm wide",
     )
 
 
@@ -107,9 +117,8 @@ def plane_cut(corners: Floats, y: float) -> list[Floats]:
     """The polygons, each (3 or 4, 2) of x and z, in which tetrahedra (m, 4, 3) meet a plane of constant y."""
     beyond = corners[..., 1] > y
     polygons = []
-    for tetrahedron, above in zip(corners, beyond, strict=True):
-        if above.all() or not above.any():
-            continue
+    crossing = beyond.any(axis=1) & ~beyond.all(axis=1)
+    for tetrahedron, above in zip(corners[crossing], beyond[crossing], strict=True):
         cut = [
             a + (y - a[1]) / (b[1] - a[1]) * (b - a) for a in tetrahedron[above] for b in tetrahedron[~above]
         ]
@@ -119,25 +128,14 @@ def plane_cut(corners: Floats, y: float) -> list[Floats]:
     return polygons
 
 
-def narrowest(corners: Floats) -> tuple[Floats, Floats, Floats]:
-    """Places y and the narrowest opening there, from x left to x right, between the triangles (f, 3, 3)."""
-    y = np.linspace(corners[..., 1].min(), corners[..., 1].max(), _HEIGHTS + 2)[1:-1]
-    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 0]
-    places, left, right = [], [], []
-    for at in y:
-        sides = [_crossings(corners[facing * sign > 0], at) for sign in (1, -1)]
-        if all(len(side) for side in sides):
-            places.append(at)
-            left.append(sides[0].max())
-            right.append(sides[1].min())
-    if not places:
-        raise InvalidInput('the surface "airway" must have two folds that face each other along x.')
-    return np.array(places), np.array(left), np.array(right)
-
-
-def _crossings(corners: Floats, y: float) -> Floats:
-    """x at which edges of triangles cross a plane of constant y."""
-    a, b = corners, np.roll(corners, -1, axis=1)
-    crossing = (a[..., 1] - y) * (b[..., 1] - y) < 0
-    a, b = a[crossing], b[crossing]
-    return np.asarray(a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0]))
+def narrowest(points: Floats, faces: Array) -> tuple[Floats, Floats, Floats]:
+    """Places y between both ends of an airway and the narrowest opening there, from x left to x right, in the
+    unit of the points."""
+    ends = points[np.unique(faces), 1]
+    found = []
+    for y in np.linspace(ends.min(), ends.max(), _PLACES + 2)[1:-1]:
+        larger, smaller = coronal_contours(points, faces, float(y))
+        if len(larger) and len(smaller):
+            found.append((y, smaller[:, 1].max(), larger[:, 1].min()))
+    y, left, right = np.array(found).T
+    return y, left, right

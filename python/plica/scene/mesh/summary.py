@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput
-from plica.measures.contour import rest_contour
+from plica.measures.contour import narrowest_gap
+from plica.measures.mesh_data import toward_right
 from plica.storage.files import storage_errors
 from plica.tetrahedron import EDGES
 
@@ -77,11 +78,10 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
 
 def _axes(mesh: _engine.TetMesh) -> list[str]:
     """Lines on the directions of a mesh with a left and a right fold and what joins them; none for others."""
-    points, cells, side = np.asarray(mesh.points), np.asarray(mesh.cells), np.asarray(mesh.cell_side)
-    if not ((side == 1).any() and (side == 2).any()):
+    cells, side = np.asarray(mesh.cells), np.asarray(mesh.cell_side)
+    if not (direction := toward_right(mesh.points, mesh.cells, side)):
         return []
-    left, right = (float(points[cells[side == k, :4], 0].mean()) for k in (1, 2))
-    sign = "-" if right < left else ""
+    sign = "-" if direction < 0 else ""
     shared = len(np.intersect1d(cells[side == 1], cells[side == 2]))
     return [
         f"directions: {sign}x to the right fold, {sign}y to the front (anterior), z up, as the air goes",
@@ -99,8 +99,7 @@ def _posture(mesh: _engine.TetMesh) -> list[str]:
         return ["at a posture", ""]
     faces, shapes = np.asarray(airway), [np.asarray(places) for places in (mesh.rest, mesh.points)]
     long = [1e3 * float(np.ptp(x[np.unique(faces), 1])) for x in shapes]
-    gaps = [rest_contour(x, faces) for x in shapes]
-    narrow = [1e3 * float((gap[:, 2] - gap[:, 1]).min()) if len(gap) else np.nan for gap in gaps]
+    narrow = [1e3 * narrowest_gap(x, faces) for x in shapes]
     return [
         f"at a posture: airway {long[1]:.4g} mm long, at rest {long[0]:.4g}; in its middle plane at least "
         f"{narrow[1]:.3g} mm wide, at rest {narrow[0]:.3g}",
