@@ -18,6 +18,7 @@ import numpy as np
 
 import plica
 from benchmarks.harness.study import record, script_parser
+from plica.measures.run.inversion import linear_error
 from plica.scene.voices import VOICES
 
 COLUMNS = [
@@ -96,7 +97,7 @@ def row(name: str, varied: str, scene: plica.Scene, start: float) -> list[object
             else format(factor * measures[key].value, how)
             for key, factor, how in MEASURES
         ]
-        neglected = 100 * float(np.sqrt(0.5 * np.max(run["strain_neglected"])))
+        neglected = 100 * linear_error(float(np.max(run["strain_neglected"])))
         period = measures["period"]
         scatter = None if not period.value or period.spread is None else 100 * period.spread / period.value
     return [

@@ -18,7 +18,7 @@ from plica.measures.contour import medial_surface
 from plica.measures.record import Array, Floats
 from plica.measures.run.folds import inferior_lag, rest_width, vertical_phase
 from plica.measures.run.glottal import open_area, several_summits
-from plica.measures.run.inversion import inverted_cells
+from plica.measures.run.inversion import inverted_cells, linear_error
 from plica.measures.run.measure import driving, fold_length, risen
 from plica.measures.run.run_data import RunData, reached
 from plica.measures.scene_text import scene_table, scene_tables
@@ -178,7 +178,7 @@ def large_strain(run: RunData) -> Caution | None:
     cycles = run.cycles
     part = cycles.extent(time) if cycles.count else slice(0, time.size)
     worst, k = int(neglected.argmax()), part.start + int(neglected[part].argmax())
-    error, before = (float(np.sqrt(neglected[i] / 2)) for i in (k, worst))  # |E - eps| over |grad u|
+    error, before = (linear_error(float(neglected[i])) for i in (k, worst))
     if error <= largest_strain_error:
         return None
     largest = 100 * float(np.max(np.asarray(waveforms.get("strain_999", np.zeros(time.size)))[part]))

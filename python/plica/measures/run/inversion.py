@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -12,7 +13,7 @@ from plica.measures.run.measure import risen
 from plica.measures.run.run_data import RunData, reached
 from plica.units import two_digits
 
-__all__ = ["inverted_cells"]
+__all__ = ["inverted_cells", "linear_error"]
 
 _NO_MEANING = "Strain and stress of an inverted cell have no meaning, nor has the pressure of contact on it"
 _ANY_CELL = 0.5
@@ -62,9 +63,15 @@ def _layers(run: RunData, waveforms: Mapping[str, Array], step: int) -> str:
     return f" ({', '.join(f'{counts[k]} in the {run.mesh.layer_names[k]}' for k in order)})"
 
 
+def linear_error(neglected: float) -> float:
+    """[-] Of the linear tissue model, |E - eps| over |grad u|, by the neglected part of Green and Lagrange's
+    strain, the waveform `strain_neglected` (docs/theory/tissue.md)."""
+    return math.sqrt(neglected / 2)
+
+
 def _advice_within(waveforms: Mapping[str, Array], part: slice) -> str:
     neglected = np.asarray(waveforms.get("strain_neglected", np.zeros(part.stop)), dtype=float)[part]
-    error = float(np.sqrt(neglected.max() / 2))
+    error = linear_error(float(neglected.max()))
     off = f"linear tissue, which is off by {two_digits(100 * error)} % where it is strained most"
     if error >= _ANY_CELL:
         rest = f"Of {off}, more than 0.1 % of the volume may be inverted: nothing of this run is a result."
