@@ -165,7 +165,6 @@ py::dict larynx_fields(const Larynx& larynx) {
   fields["major"] = larynx.shape.major;
   fields["radius"] = larynx.shape.radius;
   fields["layer_thickness"] = larynx.shape.layer_thickness;
-  if (larynx.shape.ligament_thickness) fields["ligament_thickness"] = *larynx.shape.ligament_thickness;
   fields["layers_from_section"] = larynx.shape.layers_from_section;
   fields["layers_to_section"] = larynx.shape.layers_to_section;
   fields["layers_along"] = layers_along_name(larynx.shape.layers_along);

@@ -2,10 +2,11 @@
 #include <doctest/doctest.h>
 
 #include "../approx.hpp"
-#include "reduced_scenes.hpp"
+#include "voice_scenes.hpp"
 
 using namespace plica;
 using scenes::options;
+using scenes::power_on_walls;
 using scenes::relative;
 
 namespace {
@@ -19,11 +20,6 @@ Scene voice(bool tubes, bool inertance = true) {
     scene.airflow->tubes.tract = Tube{{0.03, 0.14}, {0.6e-4, 4e-4}, Radiation{}, YieldingWall{}, 1000.0};
   }
   return scene;
-}
-
-double power_on_walls(const FlowState& flow, const AirwayExpansion& moving) {
-  return flow.subglottal_pressure * moving.below + flow.pressure.dot(moving.sections) +
-         flow.supraglottal_pressure * moving.above;
 }
 
 }  // namespace
@@ -62,27 +58,7 @@ TEST_CASE("a voice in all displacements is that of its nodes, with inertance too
 }
 
 TEST_CASE("couplings and explicit steps come to the same with inertance, as steps get short") {
-  const auto after = [](Coupling coupling, TimeScheme scheme, double step, double end = 1e-3,
-                        CellMass mass = CellMass::consistent) {
-    Scene scene = voice(false);
-    scene.contact.reset();
-    scene.velocity.reset();
-    scene.airflow->coupling = coupling;
-    Simulation::Options how = options(scheme, step, 1e-12);
-    how.mass = mass;
-    Simulation simulation(scene, how);
-    while (simulation.time() < end - 1e-9) simulation.advance();
-    return simulation.displacement();
-  };
-  const Vector finest = after(Iterated{}, Newmark{}, 1e-5);
-  const double coarse = relative(after(Iterated{}, Newmark{}, 4e-5), finest);
-  CHECK(coarse < 0.03);
-  CHECK(relative(after(Iterated{}, Newmark{}, 2e-5), finest) < 0.4 * coarse);
-  CHECK(relative(after(Extrapolated{}, Newmark{}, 1e-5), finest) < 0.01);
-  const double brief = 1e-4;
-  CHECK(relative(after(Extrapolated{}, CentralDifferences{}, 4e-7, brief, CellMass::lumped),
-                 after(Iterated{}, Newmark{}, 5e-6, brief, CellMass::lumped)) < 0.03);
-  CHECK(relative(after(Lagged{}, Newmark{}, 1e-5), finest) < 0.05);
+  scenes::check_short_steps(voice(false));
 }
 
 TEST_CASE("what leaves the trachea and does not enter the tract is what jet, friction, inertia and tissue take") {

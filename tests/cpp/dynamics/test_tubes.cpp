@@ -2,10 +2,11 @@
 #include <doctest/doctest.h>
 
 #include "../approx.hpp"
-#include "reduced_scenes.hpp"
+#include "voice_scenes.hpp"
 
 using namespace plica;
 using scenes::options;
+using scenes::power_on_walls;
 using scenes::relative;
 
 namespace {
@@ -22,11 +23,6 @@ Scene voice(Scene scene) {
   scene.airflow->flow.area = CutSections{8};
   scene.airflow->tubes = tubes();
   return scene;
-}
-
-double power_on_walls(const FlowState& flow, const AirwayExpansion& moving) {
-  return flow.subglottal_pressure * moving.below + flow.pressure.dot(moving.sections) +
-         flow.supraglottal_pressure * moving.above;
 }
 
 }  // namespace
@@ -77,27 +73,7 @@ TEST_CASE("a voice in all displacements is that of its nodes, between tubes too"
 }
 
 TEST_CASE("couplings and explicit steps come to the same, between tubes too, as steps get short") {
-  const auto after = [](Coupling coupling, TimeScheme scheme, double step, double end = 1e-3,
-                        CellMass mass = CellMass::consistent) {
-    Scene scene = voice(scenes::larynx_folds());
-    scene.contact.reset();
-    scene.velocity.reset();
-    scene.airflow->coupling = coupling;
-    Simulation::Options how = options(scheme, step, 1e-12);
-    how.mass = mass;
-    Simulation simulation(scene, how);
-    while (simulation.time() < end - 1e-9) simulation.advance();
-    return simulation.displacement();
-  };
-  const Vector finest = after(Iterated{}, Newmark{}, 1e-5);
-  const double coarse = relative(after(Iterated{}, Newmark{}, 4e-5), finest);
-  CHECK(coarse < 0.03);
-  CHECK(relative(after(Iterated{}, Newmark{}, 2e-5), finest) < 0.4 * coarse);
-  CHECK(relative(after(Extrapolated{}, Newmark{}, 1e-5), finest) < 0.01);
-  const double brief = 1e-4;
-  CHECK(relative(after(Extrapolated{}, CentralDifferences{}, 4e-7, brief, CellMass::lumped),
-                 after(Iterated{}, Newmark{}, 5e-6, brief, CellMass::lumped)) < 0.03);
-  CHECK(relative(after(Lagged{}, Newmark{}, 1e-5), finest) < 0.05);
+  scenes::check_short_steps(voice(scenes::larynx_folds()));
 }
 
 TEST_CASE("what leaves the trachea and does not enter the tract is what jet, friction and tissue take") {
