@@ -193,7 +193,7 @@ class Chain:
                 if np.isfinite(band[index, 0]):
                     always &= mask
             if self._network is not None and tissue.all():
-                raise VideoError(_found_nothing(self._network, self._count))
+                raise self._network.found_nothing(self._count)
             fill(
                 file,
                 "glottis",
@@ -473,14 +473,6 @@ class Chain:
                 f"which is seen well at {pixels} pixels. The motion found is kept."
             )
         return min(self._settings.mode_count, most)
-
-
-def _found_nothing(network: Network, count: int) -> str:
-    return (
-        f"Segmenter: {network.name} finds no glottis in any of {count} frames: no pixel's probability is "
-        f"{network.threshold:g} or more; must find it in some. Does it see frames as it was trained on "
-        "(scale, turn, region)? See docs/recording_files.md."
-    )
 
 
 def _light(frame: Grey, folds: Mask) -> tuple[float, float]:

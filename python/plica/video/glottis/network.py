@@ -119,6 +119,14 @@ class Network:
         self._read_shape(list(inputs[0].shape))
         self._read_metadata(self._session.get_modelmeta().custom_metadata_map)
 
+    def found_nothing(self, count: int) -> VideoError:
+        """The error of a recording in none of whose frames it finds a glottis."""
+        return VideoError(
+            f"Segmenter: {self.name} finds no glottis in any of {count} frames: no pixel's probability is "
+            f"{self.threshold:g} or more; must find it in some. Does it see frames as it was trained on "
+            "(scale, turn, region)? See docs/recording_files.md."
+        )
+
     def outline(self, frame: Floats, index: int) -> Outline:
         """The glottis of a frame, (h, w) grey, 0 to 255; where its threshold 0.1 lower or higher, its band.
 
