@@ -184,6 +184,7 @@ tissue.cover.viscosity = 0.14""",
     "load_frequency": Given(
         LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, "5 Pa"], frequency = 0.2 }]'
     ),
+    "wall_not_held": Given(LARYNX, 'supports.cartilages = true\nairflow.subglottal_pressure = "0.25 kPa"'),
     "posture_gap": Given(
         LARYNX,
         "posture.elongation = 0.1\ntissue.body.nu = 0.3\ntissue.ligament.nu = 0.3\ntissue.cover.nu = 0.3\n"

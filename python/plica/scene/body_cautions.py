@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import SceneError
 from plica.measures.caution import Caution
-from plica.measures.contour import rest_contour
+from plica.measures.contour import narrowest_gap, rest_contour
 from plica.scene.held import MeshArrays, fixed_components
 from plica.scene.initial import initial_fields
 from plica.scene.mesh.overlap import find_overlap
@@ -238,6 +238,22 @@ def _place(point: NDArray[np.float64]) -> str:
     return "(" + ", ".join(f"{coordinate:.4g}" for coordinate in point) + ")"
 
 
+def wall_not_held(bodies: Bodies) -> Caution | None:
+    """The cartilages of a larynx are held and its wall is not: a table of supports replaces the default, the
+    wall, and the folds then hang between both ends alone."""
+    supports = bodies.scene.supports
+    if supports is None or not supports.cartilages or "wall" in (*supports.fixed, *supports.components):
+        return None
+    wall = np.asarray(bodies.mesh.node_sets["wall"])
+    held = int(bodies.fixed[wall].all(axis=1).sum())
+    return Caution(
+        "wall_not_held",
+        f"supports.cartilages = true holds {held} of the {len(wall)} nodes of the larynx's wall, and nothing "
+        "holds the others.",
+        'Is that meant? Add supports.fixed = ["wall"].',
+    )
+
+
 def posture_gap(bodies: Bodies) -> Caution | None:
     """The posture makes the glottis more than a fifth narrower or wider than at rest, where it is narrowest
     in its middle plane: tissue that contracts less than what holds it fills the gap, tissue that contracts
@@ -246,11 +262,8 @@ def posture_gap(bodies: Bodies) -> Caution | None:
     airway = mesh.surfaces.get("airway")
     if mesh.rest is None or airway is None:
         return None
-    contours = [rest_contour(np.asarray(places, dtype=float), airway) for places in (mesh.rest, mesh.points)]
-    if not all(len(contour) for contour in contours):
-        return None
-    rest, now = (1e3 * float((contour[:, 2] - contour[:, 1]).min()) for contour in contours)
-    if abs(now / rest - 1) <= _SAME_GAP:
+    rest, now = (1e3 * narrowest_gap(np.asarray(x, dtype=float), airway) for x in (mesh.rest, mesh.points))
+    if not abs(now / rest - 1) > _SAME_GAP:
         return None
     return Caution(
         "posture_gap",
@@ -265,5 +278,6 @@ CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     open_ends,
     overlapping_bodies,
     turned_airway,
+    wall_not_held,
     posture_gap,
 )

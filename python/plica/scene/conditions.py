@@ -27,7 +27,8 @@ class Supports(Part):
     cartilages: bool | None = None
     """Of a larynx: whether all tissue in front of and behind the glottis is fixed, as by the thyroid and
     arytenoid cartilages. Otherwise its ends give way, and are strained without limit on ever finer meshes, as
-    the tip of a crack is. Default: false."""
+    the tip of a crack is. Default: false. A table of supports replaces the default: `fixed` must have
+    ``"wall"`` for the wall to be held, too."""
 
     @model_validator(mode="before")
     @classmethod

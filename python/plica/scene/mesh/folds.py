@@ -73,16 +73,29 @@ class Folds(Part):
                 value=self.depth,
                 unit=" m",
             )
+        below = self._below(self._edges()[0][0])
+        if len(below) > 1 and not below[1][0] > _BELOW:
+            raise problem(
+                f"must be larger: the inferior surface would reach to z = {1e3 * below[1][0]:.4g} mm, and "
+                f"the larynx ends at {1e3 * _BELOW:.4g} mm. Or use less depth.",
+                "inferior_angle",
+                value=self.inferior_angle,
+                unit=" rad",
+            )
         return self
+
+    def _below(self, edge: tuple[float, float]) -> list[tuple[float, float]]:
+        """Sections below the lower edge, which begins there: heights and half-widths, m."""
+        radius = self.depth + 0.5 * self.gap
+        (z, x), begin = edge, _BEGIN * radius
+        ends = [(_BELOW, _ENDS * radius)]
+        return [*ends, (z - (begin - x) / math.tan(self.inferior_angle), begin)] if begin > x else ends
 
     def shape(self) -> dict[str, Any]:
         """The options of a larynx that are named in `SHAPE`."""
         radius = self.depth + 0.5 * self.gap
         lower, upper = self._edges()
-        begin = _BEGIN * radius
-        below = [(_BELOW, _ENDS * radius)]
-        if begin > lower[0][1]:
-            below.append((lower[0][0] - (begin - lower[0][1]) / math.tan(self.inferior_angle), begin))
+        below = self._below(lower[0])
         above = [(upper[-1][0] + up, share * radius) for up, share in _TOP if share * radius > upper[-1][1]]
         return {
             "sections": [*below, *lower, *upper, *above, (_ABOVE, _ENDS * radius)],

@@ -21,7 +21,8 @@ from plica.measures.caution import Caution, write_cautions
 from plica.measures.run.cautions import CHECKS, cautions, one_sided_contact, weak_collisions
 from plica.measures.waveforms import STORED
 from plica.scene.body_cautions import CHECKS as BODY_CHECKS
-from plica.scene.plausibility import BOUNDS, scene_cautions
+from plica.scene.bounds import BOUNDS
+from plica.scene.plausibility import scene_cautions
 from plica.units import read_quantity
 from repository import ROOT, SCENES, copied_example
 

@@ -94,6 +94,10 @@ def test_a_stored_scene_keeps_the_sizes_and_changes_by_them() -> None:
         ),
         ({"folds": {"length": 16}}, "mesh.folds.length = 16; must be <= 0.03"),
         ({"folds": {"medial_angle": 3}}, "mesh.folds.medial_angle = 3; must be <= 0.35"),
+        (
+            {"folds": {"depth": "20 mm", "inferior_angle": "20.5 deg"}},
+            "mesh.folds.inferior_angle = 0.35779249665883756 rad; must be larger: the inferior surface",
+        ),
         ({"folds": {"gap": 0}}, "mesh.folds.gap = 0; must be > 0"),
         ({"folds": {"thicknes": 1e-3}}, 'mesh.folds.thicknes is not known. Did you mean "thickness"?'),
         (
