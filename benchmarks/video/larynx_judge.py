@@ -158,7 +158,6 @@ def causes(film: Film, true: Truth) -> dict[str, bool]:
         r"\bshad(?:e|ow|ing)": uneven or picture.corners,
         r"strand|mucus": picture.strand > 0,
         r"frames? (?:is|are) (?:missing|there twice|lost)|there twice": film.taken != "all",
-        r"edges of the glottis are blurred|blurred by": picture.blur > 1.1,
         r"\bnois[ey]": picture.noise >= 5,
         r"\bdrift|endoscope (?:moves|moved|turns)": film.moves,
         r"epiglottis|false fold|is covered": picture.occluded > 0,
@@ -166,11 +165,21 @@ def causes(film: Film, true: Truth) -> dict[str, bool]:
     }
 
 
-def wrong_causes(text: str, known: dict[str, bool]) -> tuple[str, ...]:
-    """The words of a caution that names causes of which the film has none."""
+def edge_blur(film: Film) -> float:
+    """px, standard deviation of edges in the picture: of the lens, and of a pixel's own width."""
+    return math.hypot(film.picture.blur, 1 / math.sqrt(12))
+
+
+def wrong_causes(text: str, known: dict[str, bool], edges: float) -> tuple[str, ...]:
+    """The words of a caution that names causes of which the film has none.
+
+    A blur is one where the px that are said are those of the film's `edges`, to a tenth.
+    """
     named = [
         (match.group(), there) for what, there in known.items() if (match := re.search(what, text, re.I))
     ]
+    if blur := re.search(r"edges of the glottis are blurred by ([\d.]+) px", text):
+        named.append((blur.group(), abs(float(blur.group(1)) - edges) <= 0.1 * edges))
     return () if any(there for _, there in named) else tuple(word for word, _ in named)
 
 
@@ -199,17 +208,17 @@ def judged(film: Film, issue: bool, directory: Path) -> tuple[list[Judged], list
     """Of each measure; and all that was said, each with the causes in it that are wrong."""
     true = truth(film)
     measured, doubts = report(film, directory)
-    known = causes(film, true)
+    known, edges = causes(film, true), edge_blur(film)
     made = []
     for name, found in measured.items():
         spoken = bool(found.cautions) or any(re.search(SPEAKS_OF[name], text, re.I) for text in doubts)
-        wrong = {cause for text in found.cautions for cause in wrong_causes(text, known)}
+        wrong = {cause for text in found.cautions for cause in wrong_causes(text, known, edges)}
         result = verdict(name, true.measures, found, spoken)
         made.append(Judged(film.name, issue, name, true.measures[name], found, result, tuple(sorted(wrong))))
     texts = dict.fromkeys([*doubts, *(text for found in measured.values() for text in found.cautions)])
     said = []
     for text in texts:
-        marks = "".join(f" [cause wrong: {cause}]" for cause in wrong_causes(text, known))
+        marks = "".join(f" [cause wrong: {cause}]" for cause in wrong_causes(text, known, edges))
         said.append(f"{'doubt' if text in doubts else 'caution'}: {text}{marks}")
     return made, said
 

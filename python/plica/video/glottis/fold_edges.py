@@ -15,6 +15,10 @@ last and first have that place. Neither is seen: it is taken halfway between bot
 by as far as it would go with the mean of their velocities, as two bodies alike do, or by what the midline is
 nearer, where folds stop that meet on it
 (docs/recordings_method.md, "Edges of folds that touch").
+
+A strand of mucus hides the edges below it. In a wide slit it is known by parting the mask, in a narrow one it
+is not; so what a strand crosses in many frames in which the slit is wide there has, in all frames, the edges
+of the lines beside the strand, in between.
 """
 
 from __future__ import annotations
@@ -42,6 +46,9 @@ _STILL = 0.2  # of the other's speed: an edge that is slower stands still
 _STOPS = 0.7  # px from the midline, within which folds may stop on it
 _LATEST = 1.5  # frames from the last slit that is seen to contact, at most
 _BEYOND = 0.3  # of the swing: contact does not leave its ends by more
+_HIDDEN = 0.1  # of a slit's width, from which a strand crosses its line
+_OFTEN = 0.2  # of the frames in which the slit is wide: then it does in all
+_CROSSED = 25  # lines: a strand that crosses more lies along the glottis, and its ends say nothing of them
 
 
 @dataclass(frozen=True)
@@ -73,7 +80,7 @@ class SlitsOverTime:
     def __init__(self, midline: Midline, blur: float = 0.0) -> None:
         self._midline, self._blur = midline, blur
         self._slits: Slits | None = None
-        self._found: list[tuple[Floats, Floats]] = []
+        self._found: list[tuple[Floats, Floats, Floats]] = []
 
     def add(self, glottis: Covered) -> None:
         """Those of the next frame."""
@@ -82,7 +89,7 @@ class SlitsOverTime:
 
     def areas(self) -> tuple[Floats, Floats]:
         """(frames) px^2 of all slits, left and right of the midline, with what strands hide of them."""
-        width, centre = np.moveaxis(np.array(self._found), 1, 0)
+        width, centre = self._uncovered()
         right = np.clip(width / 2 + centre, 0.0, width)
         return (width - right).sum(axis=1), right.sum(axis=1)
 
@@ -91,10 +98,24 @@ class SlitsOverTime:
         if self._slits is None:
             none = np.zeros((0, 0))
             return FoldEdges(np.zeros(0), none, none, none > 0, none)
-        width, centre = np.moveaxis(np.array(self._found), 1, 0)
+        width, centre = self._uncovered()
         along = self._slits.along
         kept = (along >= 0) & (along <= self._midline.length)
         return _edges(along[kept], width[:, kept], centre[:, kept], self._blur)
+
+    def _uncovered(self) -> tuple[Floats, Floats]:
+        """(frames, lines) px: widths, and centres right of the midline, below strands as beside them."""
+        width, centre, over = np.moveaxis(np.array(self._found), 1, 0)
+        for begin, end in _crossed(width, over):
+            above, below = begin - 1, end
+            share = ((np.arange(begin, end) - above) / (below - above))[None]
+            parts = (1 - share) * (width[:, above, None] > 0), share * (width[:, below, None] > 0)
+            known = np.maximum(parts[0] + parts[1], 1e-9)
+            centre[:, begin:end] = (
+                parts[0] * centre[:, above, None] + parts[1] * centre[:, below, None]
+            ) / known
+            width[:, begin:end] = (1 - share) * width[:, above, None] + share * width[:, below, None]
+        return width, centre
 
 
 def fold_edges(glottis: Iterable[Covered], midline: Midline, blur: float = 0.0) -> FoldEdges:
@@ -110,6 +131,21 @@ def fold_edges(glottis: Iterable[Covered], midline: Midline, blur: float = 0.0) 
     for mask in glottis:
         slits.add(mask)
     return slits.edges()
+
+
+def _crossed(width: Floats, over: Floats) -> list[tuple[int, int]]:
+    """Lines, from and up to, that a strand crosses: in many frames in which the slit is wide there; with the
+    line beside them either way, which its blurred border brightens. There are slits beside these."""
+    largest = width.max(axis=0)
+    wide = (width >= 0.5 * largest) & (width >= _OPEN)
+    crossed = ((over > _HIDDEN) & wide).sum(axis=0) > _OFTEN * wide.sum(axis=0)
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], crossed, [False]]).astype(int))).reshape(-1, 2)
+    wider = [(begin - 1, end + 1) for begin, end in ends.tolist() if end - begin <= _CROSSED]
+    return [
+        (begin, end)
+        for begin, end in wider
+        if begin > 0 and end < largest.size and min(largest[begin - 1], largest[end]) >= _OPEN
+    ]
 
 
 def _edges(along: Floats, width: Floats, centre: Floats, blur: float) -> FoldEdges:

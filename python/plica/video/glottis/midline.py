@@ -225,7 +225,7 @@ def closing_in(glottis: Iterable[Covered], line: Midline, *, keep_ends: bool = F
     slits: Slits | None = None
     for mask in glottis:
         slits = slits or Slits(line, mask.shape)
-        width, centre = slits.of(mask)
+        width, centre, _ = slits.of(mask)
         weight = np.where(width >= _SEEN, 1.0, np.where(width >= 0.5, _NARROW, 0.0))
         weight /= _ROUNDED**2 + (_SHARED * width) ** 2
         terms = np.stack(
@@ -298,8 +298,9 @@ class Slits:
         found = np.bincount(number, values * (1 - share), self._count)
         return np.asarray(found + np.bincount(number + 1, values * share, self._count))
 
-    def of(self, glottis: Covered) -> tuple[Floats, Floats]:
-        """(lines) px each: widths, and centres right of the midline; 0 where there is no slit."""
+    def of(self, glottis: Covered) -> tuple[Floats, Floats, Floats]:
+        """(lines) each: widths, px; centres right of the midline, px; share of the width that something lies
+        over; 0 where there is no slit."""
         covered = np.asarray(glottis, dtype=float)
         seen = covered >= 0.5
         inside = without_strands(seen)
@@ -312,7 +313,9 @@ class Slits:
         part = share[there]
         off = self._off[there] + self._turn * (begins[there].astype(float) - ends[there]) * (1 - part) / 2
         count = self._sums(there, part)
-        return count, self._sums(there, part * off) / np.maximum(count, 1e-9)
+        some = np.maximum(count, 1e-9)
+        over = self._sums(there, part * ~seen[there])
+        return count, self._sums(there, part * off) / some, over / some
 
 
 def without_strands(mask: Mask) -> Mask:

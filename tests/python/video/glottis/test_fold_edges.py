@@ -156,6 +156,25 @@ def test_a_strand_over_the_glottis_takes_nothing_from_edges_and_area() -> None:
         assert getattr(crossed, edge)[wide] == pytest.approx(getattr(bare, edge)[wide], abs=0.5)
 
 
+def test_below_a_strand_edges_are_those_beside_it_in_every_frame() -> None:
+    """Noise shows a pixel in five of what it hides, and over a narrow slit it is not known by itself."""
+    masks = _masks(
+        lambda turn, shape: -shape * (0.5 + 4 * np.sin(turn)),
+        lambda turn, shape: shape * (0.5 + 2 * np.sin(turn)),
+    )
+    y, x = np.mgrid[0:_HEIGHT, 0:_WIDTH]
+    over = np.abs(y - 50 - 0.5 * x) <= 4
+    line, noise = find_midline(masks), np.random.default_rng(3)
+    strand = [mask & ~(over & (noise.random(over.shape) > 0.2)) for mask in masks]
+    bare, crossed = (fold_edges(shown, line) for shown in (masks, strand))
+    middle = np.abs(bare.along - line.length / 2) <= 0.1 * line.length
+    assert np.mean(crossed.open[:, middle] == bare.open[:, middle]) > 0.99
+    for side in ("left", "right"):
+        edges = [getattr(one, side)[:, middle] for one in (bare, crossed)]
+        assert np.ptp(edges[0], axis=0).min() > 2
+        assert np.sqrt(np.mean((edges[1] - edges[0]) ** 2)) < 0.25
+
+
 def test_folds_that_touch_in_their_middle_are_not_taken_for_a_strand() -> None:
     def polyp(way: int) -> Fold:
         return lambda turn, shape: (
@@ -202,8 +221,12 @@ def test_what_lies_over_a_slit_is_no_edge_of_it() -> None:
     slits = Slits(Midline((20.0, 5.0), (20.0, 34.0)), mask.shape)
     whole = slits.of(mask)
     mask[:, 18:21] = False  # a strand
-    for one, other in zip(whole, slits.of(mask), strict=True):
+    crossed = slits.of(mask)
+    for one, other in zip(whole[:2], crossed[:2], strict=True):
         assert np.array_equal(one, other)
+    there = whole[0] > 0
+    assert crossed[2][there] == pytest.approx(3 / 20)
+    assert not crossed[2][~there].any() and not whole[2].any()
 
 
 @pytest.mark.parametrize("lean", [0.0, 7.0, 20.0])
@@ -212,7 +235,7 @@ def test_slits_are_as_wide_as_they_are_on_lines_that_lean(lean: float) -> None:
     line = Midline((50.0 - lean, 0.0), (50.0 + lean, 99.0))
     y, x = np.mgrid[0:100, 0:100].astype(float)
     off = line.place(np.stack([x, y], axis=-1))[..., 1]
-    width, centre = Slits(line, off.shape).of(np.abs(off - 2.0) < 4.5)
+    width, centre, _ = Slits(line, off.shape).of(np.abs(off - 2.0) < 4.5)
     assert width[20:80].mean() == pytest.approx(9.0, abs=0.1)
     assert centre[20:80].mean() == pytest.approx(2.0, abs=0.1)
 
