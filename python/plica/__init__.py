@@ -15,157 +15,130 @@ All quantities are SI; a field of a part also takes a text with a unit, ``"0.8 k
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import Any
 
-from plica._engine import build_info, set_threads
-from plica.camera.pose import Camera
-from plica.errors import CautionWarning, InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
-from plica.films import Film, film, write_film
-from plica.runs.build import build_simulation, equilibrium, flow_equilibrium
-from plica.runs.flow_equilibrium import FlowEquilibrium
-from plica.runs.reduce import reduce
-from plica.runs.results import Run
-from plica.runs.run import run
-from plica.runs.scene_mesh import scene_mesh
-from plica.scene.mesh.build import build_mesh
-from plica.scene.mesh.folds import Folds
-from plica.scene.mesh.parts import Block, Blocks, Larynx, LarynxOptions, MeshFile, Sides
-from plica.scene.parts import (
-    Airflow,
-    Augmented,
-    Automatic,
-    Bernoulli,
-    CentralDifferences,
-    Cholesky,
-    ConjugateGradients,
-    Contact,
-    Coupling,
-    Course,
-    Cut,
-    Elliptic,
-    Extrapolated,
-    FlowModel,
-    HilberHughesTaylor,
-    Initial,
-    Iterated,
-    Lagged,
-    LinearMethod,
-    Load,
-    Multipliers,
-    Newmark,
-    Nitsche,
-    Output,
-    Penalty,
-    Reduction,
-    Scheme,
-    SectionArea,
-    Solver,
-    Stepping,
-    Supports,
-    ViscousSlit,
-    VolumePenalty,
-)
-from plica.scene.posture import Muscles, Posture
-from plica.scene.scene import Scene
-from plica.scene.tissue import Tissue, TissueSide
-from plica.scene.tissue_presets import TISSUE_PRESETS
-from plica.scene.tubes import Trachea, Tract
-from plica.stability.modes import Eigenmodes, eigenmodes
-from plica.stability.offset import Offset, offset
-from plica.stability.onset import Onset, growth, onset
-from plica.uncertainty import estimate_uncertainty
+from plica import _engine
 
-if TYPE_CHECKING:
-    from plica.video.motion.flow import flow
+__version__: str = _engine.build_info()["version"]
 
-__version__: str = build_info()["version"]
+_PARTS = {
+    "plica._engine": ("build_info", "set_threads"),
+    "plica.camera.pose": ("Camera",),
+    "plica.errors": (
+        "CautionWarning",
+        "InvalidInput",
+        "SceneError",
+        "SolveFailed",
+        "StepFailed",
+        "StorageFailed",
+    ),
+    "plica.films": (
+        "Film",
+        "film",
+        "write_film",
+    ),
+    "plica.runs.build": (
+        "build_simulation",
+        "equilibrium",
+        "flow_equilibrium",
+    ),
+    "plica.runs.flow_equilibrium": ("FlowEquilibrium",),
+    "plica.runs.reduce": ("reduce",),
+    "plica.runs.results": ("Run",),
+    "plica.runs.run": ("run",),
+    "plica.runs.scene_mesh": ("scene_mesh",),
+    "plica.scene.mesh.build": ("build_mesh",),
+    "plica.scene.mesh.folds": ("Folds",),
+    "plica.scene.mesh.parts": (
+        "Block",
+        "Blocks",
+        "Larynx",
+        "LarynxOptions",
+        "MeshFile",
+        "Sides",
+    ),
+    "plica.scene.parts": (
+        "Airflow",
+        "Augmented",
+        "Automatic",
+        "Bernoulli",
+        "CentralDifferences",
+        "Cholesky",
+        "ConjugateGradients",
+        "Contact",
+        "Coupling",
+        "Course",
+        "Cut",
+        "Elliptic",
+        "Extrapolated",
+        "FlowModel",
+        "HilberHughesTaylor",
+        "Initial",
+        "Iterated",
+        "Lagged",
+        "LinearMethod",
+        "Load",
+        "Multipliers",
+        "Newmark",
+        "Nitsche",
+        "Output",
+        "Penalty",
+        "Reduction",
+        "Scheme",
+        "SectionArea",
+        "Solver",
+        "Stepping",
+        "Supports",
+        "ViscousSlit",
+        "VolumePenalty",
+    ),
+    "plica.scene.posture": (
+        "Muscles",
+        "Posture",
+    ),
+    "plica.scene.scene": ("Scene",),
+    "plica.scene.tissue": (
+        "Tissue",
+        "TissueSide",
+    ),
+    "plica.scene.tissue_presets": ("TISSUE_PRESETS",),
+    "plica.scene.tubes": (
+        "Trachea",
+        "Tract",
+    ),
+    "plica.stability.modes": (
+        "Eigenmodes",
+        "eigenmodes",
+    ),
+    "plica.stability.offset": (
+        "Offset",
+        "offset",
+    ),
+    "plica.stability.onset": (
+        "Onset",
+        "growth",
+        "onset",
+    ),
+    "plica.uncertainty": ("estimate_uncertainty",),
+    "plica.video.motion.flow": ("flow",),
+}
+"""Public names, by where they are; loaded when they are first asked for. `__init__.pyi` has their types."""
 
-__all__ = [
-    "TISSUE_PRESETS",
-    "Airflow",
-    "Augmented",
-    "Automatic",
-    "Bernoulli",
-    "Block",
-    "Blocks",
-    "Camera",
-    "CautionWarning",
-    "CentralDifferences",
-    "Cholesky",
-    "ConjugateGradients",
-    "Contact",
-    "Coupling",
-    "Course",
-    "Cut",
-    "Eigenmodes",
-    "Elliptic",
-    "Extrapolated",
-    "Film",
-    "FlowEquilibrium",
-    "FlowModel",
-    "Folds",
-    "HilberHughesTaylor",
-    "Initial",
-    "InvalidInput",
-    "Iterated",
-    "Lagged",
-    "Larynx",
-    "LarynxOptions",
-    "LinearMethod",
-    "Load",
-    "MeshFile",
-    "Multipliers",
-    "Muscles",
-    "Newmark",
-    "Nitsche",
-    "Offset",
-    "Onset",
-    "Output",
-    "Penalty",
-    "Posture",
-    "Reduction",
-    "Run",
-    "Scene",
-    "SceneError",
-    "Scheme",
-    "SectionArea",
-    "Sides",
-    "SolveFailed",
-    "Solver",
-    "StepFailed",
-    "Stepping",
-    "StorageFailed",
-    "Supports",
-    "Tissue",
-    "TissueSide",
-    "Trachea",
-    "Tract",
-    "ViscousSlit",
-    "VolumePenalty",
-    "__version__",
-    "build_info",
-    "build_mesh",
-    "build_simulation",
-    "eigenmodes",
-    "equilibrium",
-    "estimate_uncertainty",
-    "film",
-    "flow",
-    "flow_equilibrium",
-    "growth",
-    "offset",
-    "onset",
-    "reduce",
-    "run",
-    "scene_mesh",
-    "set_threads",
-    "write_film",
-]
+_MODULE_OF = {name: module for module, names in _PARTS.items() for name in names}
+_PACKAGES = ("identify", "video")
+
+__all__ = sorted((*_MODULE_OF, *_PACKAGES, "__version__"))
 
 
 def __getattr__(name: str) -> Any:
-    if name == "flow":  # simulations do not need the video package
-        from plica.video.motion.flow import flow
+    if name in _PACKAGES:
+        return import_module(f"plica.{name}")
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'plica' has no attribute {name!r}")
+    found = globals()[name] = getattr(import_module(_MODULE_OF[name]), name)
+    return found
 
-        return flow
-    raise AttributeError(f"module 'plica' has no attribute {name!r}")
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

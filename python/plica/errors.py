@@ -143,9 +143,30 @@ class Named(dict[str, Item]):
         raise UnknownName(self._where, name, self)
 
 
-def library(name: str, missing: str, kind: type[Exception] = InvalidInput) -> Any:
-    """The library of an extra, loaded where it is used; without it an error of this kind, with this text."""
+_CALLED = {"av": "PyAV", "onnxruntime": "ONNX Runtime", "pycine": "pycine-lite", "weasyprint": "WeasyPrint"}
+"""Names of libraries, where they are not those of what is imported."""
+
+
+def library(name: str, extra: str, user: str, kind: type[Exception] = InvalidInput) -> Any:
+    """A library of an extra, loaded where it is used.
+
+    Parameters
+    ----------
+    name : str
+        What is imported.
+    extra : str
+        Of pyproject.toml, or several with commas.
+    user : str
+        What needs it: "Recording: x.avi".
+    kind : type
+        Of the exception that is raised without it.
+    """
     try:
         return import_module(name)
-    except ImportError:
-        raise kind(missing) from None
+    except ImportError as error:
+        if error.name is not None and error.name.partition(".")[0] != name.partition(".")[0]:
+            raise  # the library is there, and lacks something
+        called = _CALLED.get(name, name)
+        raise kind(
+            f"{user} needs {called}, which is not installed; must be: pip install 'plica[{extra}]'."
+        ) from None

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica._engine import build_info, threads
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, library
 from plica.films.clip import Clip
 from plica.storage.files import refuse_overwriting, replaced, storage_errors
 from plica.storage.hdf5 import create, lay_out, put, put_row, set_text
@@ -191,8 +191,7 @@ def _packed(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, 
 @contextmanager
 def _video(path: Path, clip: Clip) -> Iterator[Add]:
     """Adds frames to an AVI file, uncompressed 8-bit grey."""
-    import av
-
+    av = library("av", "video", path.name)
     with av.open(str(path), "w", format="avi") as container:
         stream: Any = container.add_stream("rawvideo", rate=_PLAYBACK_RATE)
         stream.height, stream.width = clip.camera.shape

@@ -9,7 +9,7 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, library
 from plica.storage.files import replaced
 
 __all__ = ["pdf_of", "render", "require_pdf"]
@@ -50,17 +50,12 @@ def require_pdf() -> Any:
         If it is not installed, or Pango is missing; call this before a computation.
     """
     try:
-        import weasyprint
-    except ImportError:
-        raise InvalidInput(
-            "PDF: WeasyPrint is not installed; must be for --pdf. Install it: pip install 'plica[pdf]'."
-        ) from None
+        return library("weasyprint", "pdf", "A report as PDF (--pdf)")
     except OSError as error:
         raise InvalidInput(
             f"PDF: WeasyPrint does not find a system library ({str(error).splitlines()[0]}); must find it. "
             "Install Pango: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0, or similar."
         ) from None
-    return weasyprint
 
 
 def pdf_of(page: Path) -> Path:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.errors import InvalidInput, Named
+from plica.errors import InvalidInput, Named, library
 from plica.measures.caution import Caution
 from plica.measures.cycles import Cycles
 from plica.measures.formants import TractResponse
@@ -443,8 +443,7 @@ class Run(Mapping[str, NDArray[Any]]):
         ``to_dataframe`` would return a table without rows. So are those per layer of the tissue, which would
         multiply its rows.
         """
-        import xarray
-
+        labelled = library("xarray", "xarray", "Run.to_xarray")
         coordinates: dict[str, Any] = {"time": ("time", self.time, {"units": "s"})}
         if len(self.section_height):
             coordinates["section"] = ("section", self.section_height, {"units": "m"})
@@ -454,9 +453,10 @@ class Run(Mapping[str, NDArray[Any]]):
                 variables[name] = (_axes(name, values), values, {"units": self.units[name]})
                 if values.ndim > 1 and values.shape[-1] == 3 and "component" in _axes(name, values):
                     coordinates["component"] = ["x", "y", "z"]
-        return xarray.Dataset(
+        made: xarray.Dataset = labelled.Dataset(
             variables, coordinates, {"scene": self.scene_text, "plica_version": self._versions["plica"]}
         )
+        return made
 
 
 def _axes(name: str, values: NDArray[Any]) -> tuple[str, ...]:

@@ -37,10 +37,7 @@ def require_openpyxl() -> Any:
     InvalidInput
         If it is not installed; call this before a computation.
     """
-    return library(
-        "openpyxl",
-        "Workbook: openpyxl is not installed; must be for --xlsx. Install it: pip install 'plica[xlsx]'.",
-    )
+    return library("openpyxl", "xlsx", "A workbook (--xlsx)")
 
 
 def write_sheets(path: Path, sheets: Mapping[str, Sheet]) -> Path:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from plica.errors import library
+
 if TYPE_CHECKING:
     import xarray
 
@@ -18,8 +20,7 @@ def dataset_of(
     waveforms: Mapping[str, npt.NDArray[Any]], units: Mapping[str, str], attributes: Mapping[str, str]
 ) -> xarray.Dataset:
     """The waveforms over ``time``, one of them; those of two axes also over ``mode``, from 1 on."""
-    import xarray
-
+    labelled = library("xarray", "xarray", "Analysis.to_xarray")
     variables = {
         name: (("time", "mode")[: values.ndim], values, {"units": units[name]})
         for name, values in waveforms.items()
@@ -29,4 +30,5 @@ def dataset_of(
     for values in waveforms.values():
         if values.ndim == 2:
             coordinates["mode"] = np.arange(1, values.shape[1] + 1)
-    return xarray.Dataset(variables, coordinates, dict(attributes))
+    made: xarray.Dataset = labelled.Dataset(variables, coordinates, dict(attributes))
+    return made

@@ -59,11 +59,7 @@ def require_pydicom() -> Any:
     InvalidInput
         If it is not installed; call this before a computation.
     """
-    return library(
-        "pydicom",
-        "DICOM: pydicom is not installed; must be for --dicom, which writes report.pdf too. Install both: "
-        "pip install 'plica[dicom,pdf]'.",
-    )
+    return library("pydicom", "dicom,pdf", "A report for an archive (--dicom)")
 
 
 def write_dicom(found: Analysis, pdf: Path) -> Path:

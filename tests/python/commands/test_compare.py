@@ -330,7 +330,7 @@ def test_a_pdf_needs_its_library_before_anything_is_computed(
     ):
         assert main(arguments) == 2
         error = capsys.readouterr().err
-        assert "WeasyPrint is not installed; must be for --pdf. Install it: pip install 'plica[pdf]'" in error
+        assert "(--pdf) needs WeasyPrint, which is not installed; must be: pip install 'plica[pdf]'" in error
         assert not where.exists()
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+import plica
 from benchmarks.dynamics.parts import UNNEEDED, imported
+from repository import ROOT
 
 
 @pytest.mark.parametrize("module", UNNEEDED)
@@ -35,3 +38,26 @@ print(before, "scipy" in sys.modules)
         [sys.executable, "-c", code, str(tmp_path / "basis.h5")], check=True, capture_output=True, text=True
     )
     assert made.stdout.split() == ["False", "True"]
+
+
+def test_public_names_are_there_and_typed() -> None:
+    stub = ast.parse((ROOT / "python/plica/__init__.pyi").read_text(encoding="utf-8"))
+    typed = {
+        part.asname: node.module
+        for node in stub.body
+        if isinstance(node, ast.ImportFrom)
+        for part in node.names
+    }
+    assert {*typed, "__version__"} == {*plica.__all__}
+    for name, module in typed.items():
+        found = getattr(plica, name)
+        assert found is (
+            sys.modules[f"plica.{name}"] if module == "plica" else getattr(sys.modules[str(module)], name)
+        )
+    with pytest.raises(AttributeError, match="no attribute 'foo'"):
+        plica.foo  # noqa: B018
+
+
+def test_the_root_loads_its_parts_when_they_are_asked_for() -> None:
+    found = imported("plica")
+    assert [name for name in found if name.startswith(("plica.scene", "pydantic", "numpy"))] == []

@@ -227,8 +227,8 @@ def test_a_study_that_is_not_known_or_a_recording_that_is_gone_is_said(tmp_path:
 @pytest.mark.parametrize(
     ("library", "said"),
     [
-        ("pydicom", "DICOM: pydicom is not installed; must be for --dicom, which writes report.pdf too."),
-        ("weasyprint", "DICOM: --dicom writes report.pdf too. PDF: WeasyPrint is not installed"),
+        ("pydicom", "A report for an archive (--dicom) needs pydicom, which is not installed"),
+        ("weasyprint", "A report as PDF (--pdf) needs WeasyPrint, which is not installed"),
     ],
 )
 def test_without_its_libraries_nothing_is_computed(

@@ -289,7 +289,7 @@ def test_without_openpyxl_nothing_is_computed(
         assert main(["glottis", str(tmp_path / "a.npy"), "-o", str(where), "--xlsx", *more]) == 2
         error = capsys.readouterr().err
         assert error == (
-            "plica: Workbook: openpyxl is not installed; must be for --xlsx. Install it: pip install "
+            "plica: A workbook (--xlsx) needs openpyxl, which is not installed; must be: pip install "
             "'plica[xlsx]'.\n"
         )
         assert not where.exists()

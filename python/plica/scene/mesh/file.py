@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.errors import InvalidInput, SceneError, library, nearest, one_of
 from plica.scene.mesh.face_selection import FaceSelection, select
 from plica.scene.mesh.gmsh_nodes import complaint
 from plica.scene.mesh.mirror import mirrored
@@ -81,9 +81,8 @@ class _Reader:
         )
 
     def _open(self, path: Path) -> Any:
-        import meshio
-
         try:
+            meshio = library("meshio", "mesh", f"mesh.file = {path}")
             require_file(path, f"mesh.file = {path}")
         except InvalidInput as error:
             raise self.fail(str(error)) from None

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, library
 from plica.measures.contour import narrowest_gap
 from plica.measures.mesh_data import toward_right
 from plica.storage.files import storage_errors
@@ -128,8 +128,7 @@ def write_mesh(mesh: _engine.TetMesh, path: Path) -> None:
 
     Surfaces, node sets and the names of layers are not written.
     """
-    import meshio
-
+    meshio = library("meshio", "mesh", f"{path.name}")
     if not path.name.lower().endswith(tuple(meshio.extension_to_filetypes)):
         raise InvalidInput(f"{path}: must have the suffix of a mesh format, e.g. .vtu, .vtk, .msh or .xdmf.")
     kind = "tetra10" if mesh.order == 2 else "tetra"

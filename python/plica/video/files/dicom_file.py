@@ -54,12 +54,7 @@ def read_dataset(path: Path) -> Any:
 
 def opened_dataset(path: Path, file: BinaryIO) -> Any:
     """As :func:`read_dataset`, of an open file, which is left at the tag of the pixel data."""
-    pydicom = library(
-        "pydicom",
-        f"Recording: {path.name} needs pydicom, which is not installed; must be: pip install "
-        '"plica[dicom]". Or store it as TIFF or AVI.',
-        VideoError,
-    )
+    pydicom = library("pydicom", "dicom", f"Recording: {path.name}", VideoError)
     if not is_dicom(path):
         raise VideoError(
             f"Recording: {path.name} is not a DICOM file: it does not have DICM after {_PREAMBLE} bytes. "

@@ -123,7 +123,6 @@ def whole_pictures() -> Iterator[None]:
 def _errors(where: str) -> Iterator[None]:
     """What the readers of pictures raise, as one sentence."""
     from PIL import Image, UnidentifiedImageError
-    from tifffile import TiffFileError
 
     try:
         with whole_pictures():
@@ -138,7 +137,6 @@ def _errors(where: str) -> Iterator[None]:
         ValueError,
         IndexError,
         EOFError,
-        TiffFileError,
         Image.DecompressionBombError,
     ) as error:
         reason = getattr(error, "strerror", None) or " ".join(str(error).split())

@@ -18,6 +18,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from plica.errors import library
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
 from plica.video.files.frame_times import even_step
@@ -44,15 +45,12 @@ class Phantom:
 
     def __init__(self, path: Path) -> None:
         self.name, self._path = path.name, path
-        try:
-            from pycine import cine, linLUT, raw
-        except ImportError:
-            raise VideoError(
-                f"Recording: {path.name} needs pycine-lite, which is not installed; must be: "
-                'pip install "plica[cine]". Or store it as TIFF or AVI in the camera\'s program.'
-            ) from None
+        cine, lin_lut, raw = (
+            library(f"pycine.{part}", "cine", f"Recording: {path.name}", VideoError)
+            for part in ("cine", "linLUT", "raw")
+        )
         self._unpack = {_PACKED_10: raw.unpack_10bit, _PACKED_12: raw.unpack_12bit}
-        self._table = np.asarray(linLUT.linLUT, np.uint16)
+        self._table = np.asarray(lin_lut.linLUT, np.uint16)
         try:
             with open(path, "rb") as file:
                 head = _structure(file, cine.CINEFILEHEADER, 0)

@@ -8,6 +8,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from plica.errors import library
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
 from plica.video.files.image_file import is_picture
@@ -89,8 +90,7 @@ def _stated(path: Path, camera: Camera | None) -> Iterator[tuple[str, object]]:
             if tag is not None:
                 yield "DateTime", tag.value
     elif path.suffix.lower() not in {".h5", ".hdf5", ".mat", ".npy"}:
-        import av
-
+        av = library("av", "video", f"Recording: {path.name}", VideoError)
         with av.open(str(path), metadata_errors="replace") as container:
             parts = [container.metadata, *(stream.metadata for stream in container.streams.video)]
             named = {key.lower(): value for part in reversed(parts) for key, value in part.items()}

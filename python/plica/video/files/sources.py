@@ -238,8 +238,6 @@ class Stack:
     camera: Camera | None = None
 
     def __init__(self, path: Path) -> None:
-        import tifffile
-
         self.name, self._path = path.name, path
         try:
             with open_tiff(path) as stack:
@@ -248,19 +246,17 @@ class Stack:
         except InvalidInput as error:
             named = "" if path.name in str(error) else f"{path.name}: "
             raise VideoError(f"Recording: {named}{error}") from None
-        except (tifffile.TiffFileError, ValueError, OSError, IndexError) as error:
+        except (ValueError, OSError, IndexError) as error:
             raise VideoError(f"Recording: {self.name} cannot be read as a TIFF stack ({error}).") from None
         self.shape, self._depth = (first.shape[0], first.shape[1]), depth(first)
         check(self.name, self.count, self.shape)
 
     def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-        import tifffile
-
         with open_tiff(self._path) as stack:
             for index in range(begin, min(end, self.count)):
                 try:
                     image = read_page(stack, self._path, index)
-                except (tifffile.TiffFileError, ValueError, OSError) as error:
+                except (ValueError, OSError) as error:
                     raise VideoError(
                         f"Recording: {self.name}: frame {index} cannot be decoded ({error}). The {index} "
                         "frames before it are whole."

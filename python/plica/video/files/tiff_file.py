@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, library
 from plica.video.files.limits import MOST_FRAMES, MOST_PIXELS
 
 if TYPE_CHECKING:
@@ -37,8 +37,7 @@ def is_tiff(begin: bytes) -> bool:
 @contextmanager
 def open_tiff(path: str | Path) -> Iterator[TiffFile]:
     """The file, open. What tifffile logs of it is not printed: it is raised where it matters."""
-    import tifffile
-
+    tifffile = library("tifffile", "video", str(path))
     log, nowhere = logging.getLogger("tifffile"), logging.NullHandler()
     log.addHandler(nowhere)
     try:

@@ -10,6 +10,7 @@ from typing import Any, BinaryIO
 
 import numpy.typing as npt
 
+from plica.errors import library
 from plica.video.errors import VideoError
 from plica.video.files.camera_metadata import Camera
 from plica.video.files.limits import MOST_FRAMES, MOST_PIXELS, check
@@ -72,8 +73,7 @@ class Video:
 
     def _decoded(self) -> Iterator[tuple[Any, int, float]]:
         """Frames, each with the count and the seconds that the container states (0: none)."""
-        import av
-
+        av = library("av", "video", f"Recording: {self.name}", VideoError)
         index = -1
         try:
             with (

@@ -53,7 +53,7 @@ class EdgeProfiles:
         ends = ndimage.map_coordinates(depth, lines[:, :, [_END - 1, -_END]], order=1, mode="nearest")
         clear = (ends[:, 0] >= _CLEAR * _REACH) & (ends[:, 1] <= -_CLEAR * _REACH)
         light = blurred(frame, _AGAINST_NOISE)
-        grey = ndimage.map_coordinates(light, lines[:, clear], order=1, mode="nearest")
+        grey = ndimage.map_coordinates(light, lines[:, clear], order=3, mode="nearest")
         dark, tissue = grey[:, :_END].mean(axis=1), grey[:, -_END:].mean(axis=1)
         right = self._midline.place(places[::-1, clear].T)[:, 1] > 0
         for side, low, high, profile in zip(right.astype(int), dark, tissue, grey, strict=True):

@@ -139,6 +139,7 @@ def _crossed(width: Floats, over: Floats) -> list[tuple[int, int]]:
     largest = width.max(axis=0)
     wide = (width >= 0.5 * largest) & (width >= _OPEN)
     crossed = ((over > _HIDDEN) & wide).sum(axis=0) > _OFTEN * wide.sum(axis=0)
+    crossed &= largest >= 0.5 * largest.max()  # at pointed ends masks are in parts without a strand
     ends = np.flatnonzero(np.diff(np.concatenate([[False], crossed, [False]]).astype(int))).reshape(-1, 2)
     wider = [(begin - 1, end + 1) for begin, end in ends.tolist() if end - begin <= _CROSSED]
     return [

@@ -259,11 +259,7 @@ def _bytes(path: Path) -> bytes:
 
 def _opened(path: Path, name: str) -> Any:
     _bytes(path)
-    onnxruntime = library(
-        "onnxruntime",
-        'Segmenter: ONNX Runtime is not installed; must be, to run a model: pip install "plica[onnx]".',
-        VideoError,
-    )
+    onnxruntime = library("onnxruntime", "onnx", f"Segmenter: {name}", VideoError)
     options = onnxruntime.SessionOptions()
     options.log_severity_level = 4  # what is wrong is raised
     options.intra_op_num_threads = threads()

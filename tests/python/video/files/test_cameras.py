@@ -263,4 +263,4 @@ def test_without_its_reader_it_is_said_what_to_install(
     path = cine(tmp_path / "x.cine", F)
     monkeypatch.setitem(sys.modules, "pycine", None)
     said = refused(["glottis", str(path), "-o", str(tmp_path / "out")], capsys)
-    assert 'x.cine needs pycine-lite, which is not installed; must be: pip install "plica[cine]"' in said
+    assert "x.cine needs pycine-lite, which is not installed; must be: pip install 'plica[cine]'" in said

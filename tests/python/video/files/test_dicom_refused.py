@@ -282,4 +282,4 @@ def test_without_pydicom_it_is_said_what_to_install(
     path = dicom(tmp_path / "x.dcm", F)
     monkeypatch.setitem(sys.modules, "pydicom", None)
     said = refused(["glottis", str(path), "-o", str(tmp_path / "out")], capsys)
-    assert 'x.dcm needs pydicom, which is not installed; must be: pip install "plica[dicom]"' in said
+    assert "x.dcm needs pydicom, which is not installed; must be: pip install 'plica[dicom]'" in said

@@ -203,7 +203,7 @@ def test_without_onnx_runtime_it_is_said_what_to_install(
     model = darker(tmp_path / "m.onnx")
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     said = refused(["glottis", str(movie), "-o", str(tmp_path / "out"), "--segmenter", str(model)], capsys)
-    assert 'ONNX Runtime is not installed; must be, to run a model: pip install "plica[onnx]"' in said
+    assert "m.onnx needs ONNX Runtime, which is not installed; must be: pip install 'plica[onnx]'" in said
     assert not (tmp_path / "out").exists()
 
 
