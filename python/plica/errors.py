@@ -161,12 +161,13 @@ def library(name: str, extra: str, user: str, kind: type[Exception] = InvalidInp
     kind : type
         Of the exception that is raised without it.
     """
+    base = name.partition(".")[0]
     try:
         return import_module(name)
     except ImportError as error:
-        if error.name is not None and error.name.partition(".")[0] != name.partition(".")[0]:
+        if error.name is not None and error.name.partition(".")[0] != base:
             raise  # the library is there, and lacks something
-        called = _CALLED.get(name, name)
+        called = _CALLED.get(base, base)
         raise kind(
             f"{user} needs {called}, which is not installed; must be: pip install 'plica[{extra}]'."
         ) from None
