@@ -136,6 +136,27 @@ def test_info_names_the_licence_and_the_versions(capsys: pytest.CaptureFixture[s
     assert "numpy" in message
 
 
+def test_info_names_the_licences_of_what_is_contained_and_imported(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["info", "--licences"]) == 0
+    parts = capsys.readouterr().out.split("\n\n")[1:]
+    titles = [part.partition("\n")[0] for part in parts]
+    assert titles[:2] == ["Compiled into the engine", "Imported by every installation"]
+    rows = {
+        title: dict(row.split(maxsplit=1) for row in part.splitlines()[1:])
+        for title, part in zip(titles, parts, strict=True)
+    }
+    always = rows["Imported by every installation"]
+    assert "MPL-2.0" in parts[0]
+    assert always["numpy"].startswith("BSD-3-Clause")
+    assert {"contourpy", "pydantic-core"} <= {*always}  # of matplotlib, pydantic
+    assert not {"av", "meshio", "tifffile", "xarray", "pytest"} & {*always}
+    assert [name for name, licence in always.items() if re.search(r"\bA?GPL|not stated", licence)] == []
+    assert "libx264" in rows["For plica[video]"]["av"]
+    assert "pandas" in rows["For plica[xarray]"]
+
+
 @pytest.mark.parametrize("command", [[], ["run"], ["mesh"], ["info"], ["report"], ["measures"]])
 def test_help_teaches(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
