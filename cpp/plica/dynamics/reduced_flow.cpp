@@ -31,6 +31,9 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Motion& full, const Modal
   }
   sections_ = PanelMatrix(sections);
   rates_ = PanelMatrix(sections.transpose());
+  Eigen::MatrixXd borders(sections.cols() + 2, sections.rows());
+  borders << sections.transpose(), below_.transpose(), above_.transpose();
+  expansions_ = PanelMatrix(borders * accelerations);
   accelerations_ = PanelMatrix(accelerations);
   x_accelerations_ = SinglePanelMatrix(positions.shapes() * accelerations);
 }
@@ -46,6 +49,23 @@ Vector ReducedFlow::moving(const AirwayPressure& pressure, const AirwayPressure&
   all[all.size() - 2] -= begun.below;
   all[all.size() - 1] -= begun.above;
   return all;
+}
+
+std::array<AirwayExpansion, 2> ReducedFlow::expansions(const TwoColumns& velocities) const {
+  const TwoColumns sections = rates_ * velocities;
+  std::array<AirwayExpansion, 2> found;
+  for (int v = 0; v < 2; ++v)
+    found[static_cast<std::size_t>(v)] = {below_.dot(velocities.col(v)), sections.col(v),
+                                          above_.dot(velocities.col(v))};
+  return found;
+}
+
+void ReducedFlow::add_expansion(double factor, const Vector& pressure, AirwayExpansion& found) const {
+  const Vector added = factor * (expansions_ * pressure);
+  const std::ptrdiff_t count = found.sections.size();
+  found.sections += added.head(count);
+  found.below += added[count];
+  found.above += added[count + 1];
 }
 
 ReducedFlow::Line ReducedFlow::line(const std::vector<MaterialPoint>& points, const Motion& full,

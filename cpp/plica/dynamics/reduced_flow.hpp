@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <optional>
 
 #include "plica/airflow/airflow.hpp"
@@ -31,10 +32,13 @@ class ReducedFlow {
   void x_acceleration(const Vector& pressure, Eigen::VectorXf& found) const {
     x_accelerations_.multiply(pressure.cast<float>(), found);
   }
-  /// How fast the airway gives way at the coordinates' velocity (r).
+  /// How fast the airway gives way at the coordinates' velocity (r); the same at two; and what a velocity of
+  /// `factor` (s) times the acceleration under such a pressure adds.
   AirwayExpansion expansion(const Vector& velocity) const {
     return {below_.dot(velocity), rates_ * velocity, above_.dot(velocity)};
   }
+  std::array<AirwayExpansion, 2> expansions(const TwoColumns& velocities) const;
+  void add_expansion(double factor, const Vector& pressure, AirwayExpansion& found) const;
   /// (s, 3) m, the points of the sections in the mid-coronal plane on the right or on the left fold.
   Points coronal(Side side, const Vector& q) const;
 
@@ -59,6 +63,7 @@ class ReducedFlow {
   PanelMatrix sections_;       // (r, s)
   PanelMatrix accelerations_;  // (r, s), or (r, s + 2) with those of the ends
   PanelMatrix rates_;          // (s, r) m^2, of the airway's volume at each section
+  PanelMatrix expansions_;     // (s + 2, as many as accelerations_) m^3/(s^2 Pa), of the sections, below, above
   SinglePanelMatrix
       x_accelerations_;  // (n, as many); 6e-8 of what pressures move in a step, 1e-13 m at 1 kPa and 50 us
   Line right_;

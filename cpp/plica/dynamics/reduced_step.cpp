@@ -13,6 +13,7 @@ void ReducedStep::begin(const State& last, const Vector& scene_load, const Airwa
   scene_load_ = scene_load;
   ends_of_free_ = {ends.below, {}, ends.above};
   moving_.resize(0);
+  expansions_.reset();
   predict();
   if (contact_) contact_->begin(last);
   solve_without();
@@ -95,14 +96,29 @@ Vector ReducedStep::free_acceleration() const {
 
 Vector ReducedStep::free_end() const { return displacement_predictor_ + inertia() * free_acceleration(); }
 
-AirwayExpansion ReducedStep::expansion(Instant at) const {
+const std::array<AirwayExpansion, 2>& ReducedStep::expansions() const {
+  if (expansions_) return *expansions_;
   const double h = motion_.step();
+  TwoColumns velocities(free_.size(), 2);
+  velocities.col(0) = last_->velocity + weight() * h * last_->acceleration;
+  velocities.col(1) = weight() * (velocity_predictor_ + motion_.scheme().gamma * h * free_) -
+                      motion_.scheme().alpha * last_->velocity;
+  return expansions_.emplace(flow_->expansions(velocities));
+}
+
+AirwayExpansion ReducedStep::expansion(Instant at) const {
   if (at == Instant::last) return flow_->expansion(last_->velocity);
-  if (moving_.size() == 0) return flow_->expansion(last_->velocity + weight() * h * last_->acceleration);
-  Vector acceleration = free_acceleration();
-  if (contact_) acceleration += contact_->acceleration();
-  const Vector now = velocity_predictor_ + motion_.scheme().gamma * h * acceleration;
-  return flow_->expansion(weight() * now - motion_.scheme().alpha * last_->velocity);
+  if (moving_.size() == 0) return expansions()[0];
+  const double grown = weight() * motion_.scheme().gamma * motion_.step();  // s, by an acceleration
+  AirwayExpansion found = expansions()[1];
+  flow_->add_expansion(grown, moving_, found);
+  if (contact_ && contact_->touches()) {
+    const AirwayExpansion pressed = flow_->expansion(grown * contact_->acceleration());
+    found.sections += pressed.sections;
+    found.below += pressed.below;
+    found.above += pressed.above;
+  }
+  return found;
 }
 
 Vector ReducedStep::areas(Instant at) const {

@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "plica/dynamics/coupling.hpp"
 #include "plica/dynamics/reduced_contact.hpp"
 #include "plica/dynamics/reduced_flow.hpp"
@@ -40,6 +42,7 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   const Vector& contact_x() const override { return contact_x_; }
   Vector free_end() const override;
   Vector free_acceleration() const;  // without contact
+  const std::array<AirwayExpansion, 2>& expansions() const;
   double inertia() const { return motion_.scheme().inertia(motion_.step()); }
   double weight() const { return motion_.scheme().weight(); }
 
@@ -58,6 +61,8 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   AirwayPressure ends_of_free_;              // that of free_, no sections
   Vector free_;                              // (r) acceleration without section pressures and contact
   Vector free_weighted_x_, free_contact_x_;  // (n) m at t_{n+1+alpha} and (c) m at t_{n+1}, where that leads
+  // At t_{n+1+alpha}, extrapolated and where that leads; once asked for.
+  mutable std::optional<std::array<AirwayExpansion, 2>> expansions_;
   // Of this move.
   AirwayPressure pressure_;
   Vector moving_;                   // what of it free_ has not; empty before the first and without airflow
