@@ -1,6 +1,7 @@
 # make demo   a vocal-fold collision from one command, with its report
 # make test   the fast half of the tests: exact properties, rates, second algorithms, every command once
 # make check  all tests; begins with make test
+# make docs   the documentation as a site, with the tutorials run
 # Each sets up what is missing (Debian packages, a virtual environment, the build) and is quick when
 # repeated. Variables: PYTHON (3.11 or later), DEMO_SCENE, DEMO_DIR, PYTEST_ARGS.
 PYTHON ?= python3
@@ -17,7 +18,7 @@ LAUNCHER = $(if $(shell command -v ccache),-Ccmake.define.CMAKE_CXX_COMPILER_LAU
 ENGINE_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/* examples/*) \
   $(shell find cpp python/bindings -name '*.[ch]pp' -o -name CMakeLists.txt)
 
-.PHONY: help build demo test test-cpp test-python check test-slow stub tables bench-peers format clean FORCE
+.PHONY: help build demo test test-cpp test-python check test-slow stub docs tables bench-peers format clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -77,6 +78,11 @@ test-slow: build
 # ---- What developers type --------------------------------------------------------------------
 stub: build
 	@.ci/stub python/plica/_engine.pyi
+
+# The site, in build/docs/html; runs the tutorials.
+docs: build
+	@$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/docs/html
+	@echo "docs: $(CURDIR)/build/docs/html/index.html"
 
 # The tables of all records of docs, as Markdown and as CSV.
 tables: build

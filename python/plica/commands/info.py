@@ -77,7 +77,7 @@ def _needs(package: str) -> Iterator[_Need]:
 
 
 def _installed() -> dict[str, list[str]]:
-    """What is installed of what Plica asks for, and of what that asks for in turn, by the extra that first does."""
+    """What is installed of all that Plica asks for, directly or not, by the extra that does."""
     found: dict[str, str] = {}
     waiting = [*_needs("plica")]
     waiting.sort(key=lambda need: need.extra)

@@ -32,7 +32,7 @@ from plica.commands.arguments import Parser, joined
 from plica.commands.output import print_error
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
 
-__all__ = ["main"]
+__all__ = ["command_parsers", "main"]
 
 _FAILED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
 _COMMANDS = (
@@ -141,6 +141,13 @@ def _parser() -> argparse.ArgumentParser:
     for command in _COMMANDS:
         command.add_commands(commands)
     return parser
+
+
+def command_parsers() -> dict[str, argparse.ArgumentParser]:
+    """The parser of ``plica``, by "", and of each of its commands, by name."""
+    whole = _parser()
+    commands = next(part for part in whole._actions if isinstance(part, argparse._SubParsersAction))
+    return {"": whole, **commands.choices}
 
 
 if __name__ == "__main__":

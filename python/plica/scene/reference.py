@@ -19,7 +19,7 @@ from plica.scene.scene import Scene
 from plica.scene.tissue import TissueSide
 from plica.scene.voices import VOICES
 
-__all__ = ["Key", "Table", "scene_tables"]
+__all__ = ["Key", "Table", "part_keys", "scene_tables"]
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,11 @@ def scene_tables() -> tuple[Table, ...]:
         if (part, path) not in found:
             found[part, path] = Table(path, _KINDS.get(part, ""), _description(part), tuple(_keys(part)))
     return tuple(found.values())
+
+
+def part_keys(part: type[Part]) -> tuple[Key, ...]:
+    """The fields of a part as keys of a scene file."""
+    return tuple(key for key in _keys(part) if key not in _OF_A_FILE)
 
 
 def _parts_below(part: type[Part], path: str = "") -> Iterator[tuple[type[Part], str]]:

@@ -37,7 +37,7 @@ class Eigenmodes:
     damping_ratio: Floats
     """(k) - phi^T C phi / (2 omega) of the tissue's viscosity, phi^T M phi = 1."""
     residual: Floats
-    """(k) - |K phi - omega^2 M phi| / |K phi| at the unknowns that are free."""
+    """(k) - ``|K phi - omega^2 M phi| / |K phi|`` at the unknowns that are free."""
     modal_mass: Floats
     """(k) kg, phi^T M phi of the shape whose largest displacement is 1."""
     left_right: tuple[str, ...]

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from extension.pages import GROUPS, made
+from plica import __all__ as public
 from repository import ROOT
 
-PAGES = [ROOT / "README.md", ROOT / "benchmarks" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+MADE = {ROOT / "docs" / name: text for name, text in made().items()}
+FILES = [ROOT / "README.md", ROOT / "benchmarks" / "README.md", *(ROOT / "docs").rglob("*.md")]
+PAGES = {page: page.read_text(encoding="utf-8") for page in sorted(FILES)} | MADE
+BUILT = ROOT / "docs" / "gallery"  # by sphinx-gallery, a page a tutorial
 
 
 def anchors(page: Path) -> set[str]:
     """Of its headings, as they are made of them where Markdown is shown."""
-    headings = re.findall(r"(?m)^#+ (.*)$", page.read_text(encoding="utf-8"))
+    headings = re.findall(r"(?m)^#+ (.*)$", PAGES[page])
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
@@ -23,17 +29,29 @@ def broken(page: Path, text: str) -> Iterator[str]:
         if link.startswith(("http:", "https:", "mailto:")):
             continue
         path, _, anchor = link.partition("#")
-        target = page.parent / path if path else page
-        if not target.exists() or (anchor and target.suffix == ".md" and anchor not in anchors(target)):
+        target = Path(os.path.normpath(page.parent / path)) if path else page
+        if target.parent == BUILT:
+            target = ROOT / "docs" / "tutorials" / f"{target.stem}.py"
+        if not (target.exists() or target in PAGES) or (
+            anchor and target.suffix == ".md" and anchor not in anchors(target)
+        ):
             yield f"{page.relative_to(ROOT)}: {link}"
 
 
 def test_links_lead_somewhere() -> None:
     assert len(PAGES) > 20
-    assert [link for page in PAGES for link in broken(page, page.read_text(encoding="utf-8"))] == []
+    assert [link for page, text in PAGES.items() for link in broken(page, text)] == []
 
 
 def test_a_link_that_leads_nowhere_is_found() -> None:
     page = ROOT / "README.md"
     wrong = "[a](docs/none.md) [b](docs/verify.md#none) [c](docs/verify.md#what-is-left-out) [d](https://x.y)"
     assert list(broken(page, wrong)) == ["README.md: docs/none.md", "README.md: docs/verify.md#none"]
+
+
+def test_every_public_name_has_a_page() -> None:
+    index = PAGES[ROOT / "docs" / "reference" / "python.md"]
+    for name in sorted({*public} - {"__version__"}):
+        assert f"[`{name}`](python/{name}.md)" in index
+        assert len(PAGES[ROOT / "docs" / "reference" / "python" / f"{name}.md"]) > 40
+    assert all(f"## {title}\n" in index for title in GROUPS)

@@ -1,28 +1,22 @@
-"""docs/scene.md is what the parts of a scene, the waveforms and the measures say of themselves."""
+"""The page of keys has what the parts of a scene, the waveforms and the measures say of themselves."""
 
 from __future__ import annotations
 
 import re
-import runpy
 
 import pytest
 
 import plica
+from extension import keys
 from plica.measures.waveforms import STORED
 from plica.scene.part import OneOf, Part
-from repository import ROOT
 
-PAGE = (ROOT / "docs" / "scene.md").read_text(encoding="utf-8")
+PAGE = keys.text()
 ROWS = [
     [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
     for line in PAGE.splitlines()
     if line.startswith("| `")
 ]
-
-
-def test_the_scene_reference_is_current() -> None:
-    made = runpy.run_path(str(ROOT / ".ci" / "scene_reference"))["text"]()
-    assert made == PAGE, "run .venv/bin/python .ci/scene_reference docs/scene.md"
 
 
 def test_every_key_waveform_and_measure_has_a_meaning() -> None:

@@ -43,7 +43,7 @@ class StructuredResult:
 
     @property
     def rate(self) -> float:
-        """|theta_i - theta_{i-1}| / |theta_{i-1} - theta_{i-2}| of the last two iterations, or NaN.
+        """``|theta_i - theta_{i-1}| / |theta_{i-1} - theta_{i-2}|`` of the last two iterations, or NaN.
 
         An error takes about log(10) / (1 - rate) iterations to fall by a digit.
         """

@@ -2,7 +2,7 @@
 
 Cautions of the scene, which are known before it runs, come first (their bounds are in
 scene/plausibility.py). Those of the run are the functions in `CHECKS`: each makes one check and has
-the name of its caution. docs/cautions.md, created by .ci/cautions, lists all of them.
+the name of its caution. the page of cautions lists all of them.
 """
 
 from __future__ import annotations

@@ -1,0 +1,14 @@
+"""What the site needs beside Sphinx: pages made of the code, records, formulas, links out of docs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from extension import formulas, links, pages, records
+
+
+def setup(app: Any) -> dict[str, Any]:
+    """Called by Sphinx."""
+    for part in (formulas, links, pages, records):
+        part.setup(app)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
