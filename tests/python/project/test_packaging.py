@@ -62,3 +62,8 @@ def test_what_a_distribution_leaves_out_lies_in_the_root() -> None:
     left_out = settings["tool"]["scikit-build"]["sdist"]["exclude"]
     assert left_out
     assert all(pattern.startswith("/") for pattern in left_out)
+
+
+def test_the_citation_names_this_version() -> None:
+    cited = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {plica.__version__}\n" in cited
