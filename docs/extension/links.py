@@ -1,4 +1,4 @@
-"""Links out of docs: to a folder of the sources they become its name; files are downloads anyway."""
+"""Links out of docs: to a folder or a page of the sources they become its name; files are downloads."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
-_LINK = re.compile(r"\[([^\]\[]+)\]\(([^)\s:#]+)\)")
+_LINK = re.compile(r"\[([^\]\[]+)\]\(([^)\s:#]+)(?:#[^)\s]*)?\)")
 _FENCE = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 
 
