@@ -53,6 +53,6 @@ edge = int(np.argmin(run["section_area"].mean(axis=0)))  # the narrowest section
 for side, sign in (("left", -1), ("right", 1)):
     axes.plot(1e3 * late.time, 1e3 * sign * late[f"coronal_{side}"][:, edge, 0], label=side)
 axes.set_xlabel("time (ms)")
-axes.set_ylabel("distance of the edge from the midplane (mm)")
+axes.set_ylabel("edge from the midplane (mm)")
 axes.legend()
 figure.tight_layout()
