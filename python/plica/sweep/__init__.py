@@ -1,0 +1,24 @@
+"""Sweeps and ensembles: many cases of one scene, resumable, as one labelled data set.
+
+The command ``plica sweep`` as functions::
+
+    from plica import sweep
+
+    if __name__ == "__main__":  # the workers import the script
+        vary = {"airflow.subglottal_pressure": "0.6:1.0:5 kPa", "tissue.cover.E": "1, 2, 4 kPa"}
+        plan = sweep.Plan.make("voice.toml", vary)
+        found = sweep.run(plan, "sweeps/one", workers=2)
+        print(found.dataset["fundamental_frequency"])
+        sweep.write_report(found)
+"""
+
+from __future__ import annotations
+
+from plica.sweep.driver import run
+from plica.sweep.page import write_report
+from plica.sweep.plan import Plan
+from plica.sweep.results import Sweep
+from plica.sweep.sensitivity import Index, Indices, indices
+from plica.sweep.study import read_study
+
+__all__ = ["Index", "Indices", "Plan", "Sweep", "indices", "read_study", "run", "write_report"]
