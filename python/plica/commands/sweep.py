@@ -53,7 +53,7 @@ Needs pip install 'plica[sweep]'. In Python: plica.sweep.
 """
 _PLANNED = ("vary", "design", "samples", "seed", "waveforms", "keep")
 """Options that make a plan, which a study file has itself."""
-_COMPUTED = ("directory", "workers", "scheduler", "first")
+_COMPUTED = ("directory", "workers", "scheduler", "first", "retry")
 
 
 def add_commands(commands: Any) -> None:
@@ -84,6 +84,7 @@ def add_commands(commands: Any) -> None:
     )
     part.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler, whose workers compute")
     part.add_argument("--first", metavar="N", type=whole, help="only the first N cases of the plan")
+    part.add_argument("--retry", action="store_true", help="compute cases again that have failed")
     part.add_argument("--table", action="store_true", help="only print the cases of the sweep in SOURCE")
     part.add_argument(
         "--measures", metavar="NAMES", type=_names, default=(), help="of table and report (default: the main)"
@@ -127,6 +128,7 @@ def _sweep(options: argparse.Namespace) -> int:
         workers=options.workers,
         scheduler=options.scheduler,
         first=options.first,
+        retry=options.retry,
         progress=not options.quiet,
     )
     return _concluded(found, options)
@@ -151,7 +153,7 @@ def _plan(options: argparse.Namespace) -> Plan:
 
 def _refuse(options: argparse.Namespace, names: tuple[str, ...], why: str) -> None:
     for name in names:
-        if getattr(options, name) is not None:
+        if getattr(options, name) not in (None, False):
             typed = "-o" if name == "directory" else f"--{name}"
             raise InvalidInput(f"{typed} is given; must be left out: {why}.")
 

@@ -35,6 +35,7 @@ def run(
     workers: int | None = None,
     scheduler: str | None = None,
     first: int | None = None,
+    retry: bool = False,
     progress: bool = True,
 ) -> Sweep:
     """Compute the cases of a plan, or those that have not ended yet, and store them in `directory`.
@@ -50,6 +51,8 @@ def run(
         Address of a Dask scheduler, whose workers compute instead.
     first : int, optional
         Only so many cases of the plan's beginning.
+    retry : bool
+        Compute again cases that have failed, as for want of memory.
     progress : bool
         Show a progress bar on standard error.
 
@@ -82,6 +85,8 @@ def run(
         directory.mkdir(parents=True, exist_ok=True)
     with only_writer(directory):
         store = Store(directory, plan)
+        if retry:
+            store.retry()
         waiting = list(store.waiting(first))
         if waiting:
             with stop_on_signal() as stop, cluster(workers, scheduler) as client:

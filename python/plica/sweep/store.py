@@ -129,8 +129,8 @@ class Store:
         for chunk in self._chunks():
             part = slice(*self._ends(chunk))
             stored = np.asarray(self.group["status"][part])
+            self.statuses[part] = stored
             if stored.all():
-                self.statuses[part] = stored
                 self._remove_pending(chunk)
         for path in sorted((self.directory / PENDING).glob("*.json")):
             case = int(path.stem)
@@ -148,12 +148,16 @@ class Store:
         return chunk * CHUNK, min((chunk + 1) * CHUNK, len(self.plan))
 
     def _write_if_whole(self, chunk: int) -> None:
-        """Write a chunk whose cases have all ended, unless it is written."""
+        """Write what a chunk whose cases have all ended lacks."""
         begin, end = self._ends(chunk)
-        if not self.statuses[begin:end].all() or not self._pending(begin).exists():
+        if not self.statuses[begin:end].all():
+            return
+        rows = np.flatnonzero(np.asarray(self.group["status"][begin:end]) == 0)
+        if not rows.size:
             return
         results = []
-        for case in range(begin, end):
+        for row in rows:
+            case = begin + int(row)
             result = _read_pending(self.directory, case)
             if result is None:
                 raise Damaged(
@@ -162,19 +166,19 @@ class Store:
             results.append(result)
         with storage_errors(self.directory / RESULTS):
             for name, values in columns_of(results).items():
-                _written(self.group, name, len(self.plan), slice(begin, end), values)
-            self._write_waveforms(results, slice(begin, end))
+                _written(self.group, name, len(self.plan), slice(begin, end), rows, values)
+            self._write_waveforms(results, slice(begin, end), rows)
             os.sync()  # before the status says that they are there
             self.group["status"][begin:end] = self.statuses[begin:end]
         self._remove_pending(chunk)
 
-    def _write_waveforms(self, results: list[CaseResult], part: slice) -> None:
+    def _write_waveforms(self, results: list[CaseResult], part: slice, rows: NDArray[np.intp]) -> None:
         done = [result for result in results if result.waveforms]
         if not done:
             return
         time = np.asarray(done[0].waveforms["time"])
         if "time" not in self.group:
-            made = self.group.create_array(
+            self.group.create_array(
                 "time",
                 shape=time.shape,
                 dtype=np.float64,
@@ -182,19 +186,34 @@ class Store:
                 dimension_names=["time"],
                 attributes={"units": "s"},
             )
-            made[:] = time
+        self.group["time"][:] = time  # each time: a kill may have left it empty
         for name in self.plan.waveforms:
             values = np.full((len(results), time.size), np.nan)
             for k, result in enumerate(results):
                 if result.waveforms:
                     values[k] = result.waveforms[name]
-            _written(self.group, waveform_name(name), len(self.plan), part, values)
+            _written(self.group, waveform_name(name), len(self.plan), part, rows, values)
+
+    def retry(self) -> None:
+        """Let the cases that have failed wait again."""
+        failed = self.statuses == STATUSES.index("failed")
+        for chunk in self._chunks():
+            part = slice(*self._ends(chunk))
+            stored = np.asarray(self.group["status"][part])
+            if stored.all() and failed[part].any():
+                self.group["status"][part] = np.where(failed[part], 0, stored)
+        for case in np.flatnonzero(failed):
+            self._remove(int(case))
+        self.statuses[failed] = 0
 
     def _remove_pending(self, chunk: int) -> None:
         with storage_errors(self.directory / PENDING):
             for case in range(*self._ends(chunk)):
-                for suffix in (".json", ".npz"):
-                    self._pending(case).with_suffix(suffix).unlink(missing_ok=True)
+                self._remove(case)
+
+    def _remove(self, case: int) -> None:
+        for suffix in (".json", ".npz"):
+            self._pending(case).with_suffix(suffix).unlink(missing_ok=True)
 
 
 def pending(directory: Path) -> list[CaseResult]:
@@ -295,11 +314,19 @@ def _array(
     )
 
 
-def _written(group: Any, name: str, cases: int, part: slice, values: NDArray[Any]) -> None:
+def _written(
+    group: Any, name: str, cases: int, part: slice, rows: NDArray[np.intp], values: NDArray[Any]
+) -> None:
+    """Write rows of a part of the cases, which is a chunk."""
     if name not in group:
         kind = str if values.dtype == object else values.dtype
         _array(group, name, cases, kind, attributes_of(name), values.shape[1:])
-    group[name][part] = values
+    array = group[name]
+    if len(rows) < part.stop - part.start:
+        others = np.array(array[part])
+        others[rows] = values
+        values = others
+    array[part] = values
 
 
 def _save(draft: Path, arrays: Mapping[str, NDArray[Any]]) -> None:

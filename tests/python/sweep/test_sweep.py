@@ -103,6 +103,36 @@ def test_a_case_that_fails_leaves_the_others(
     ]
 
 
+def test_failed_cases_are_computed_again_if_asked_for(
+    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Those that were stored long since, too; the others are left as they are."""
+    whole = sweep(plan, tmp_path / "whole", progress=False)
+    wrong = [plan.changes(case) for case in (1, 3, 6)]
+
+    def failing(scene: plica.Scene, *given: Any, **named: Any) -> Any:
+        body = scene.tissue["body"]
+        if {NU: body.nu, E: body.E} in wrong:
+            raise MemoryError
+        return build_simulation(scene, *given, **named)
+
+    directory = tmp_path / "again"
+    with monkeypatch.context() as patched:
+        patched.setattr(case, "build_simulation", failing)
+        found = sweep(plan, directory, first=7, progress=False)
+        assert [number for number, status, _ in found.without_result] == [1, 3, 6]
+        again = sweep(plan, directory, first=7, retry=True, progress=False)
+        assert again.without_result == found.without_result
+        assert in_pending(directory)[-1] == "000006.json"
+    assert sweep(plan, directory, progress=False).counts["failed"] == 3
+    seconds = Sweep.load(directory)["seconds"]
+    found = sweep(plan, directory, retry=True, progress=False)
+    assert_equal(found, whole)
+    assert [k for k in range(10) if found["seconds"][k] != seconds[k]] == [1, 3, 6]
+    with xarray.open_dataset(directory / "sweep.nc", engine="h5netcdf") as stored:
+        assert (stored["message"].values == whole.dataset["message"].values).all()
+
+
 def test_a_sweep_in_parts_is_the_whole_one(plan: Plan, tmp_path: Path) -> None:
     whole = sweep(plan, tmp_path / "whole", progress=False)
     for first in (3, 6):
