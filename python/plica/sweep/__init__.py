@@ -14,11 +14,23 @@ The command ``plica sweep`` as functions::
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 from plica.sweep.driver import run
-from plica.sweep.page import write_report
 from plica.sweep.plan import Plan
 from plica.sweep.results import Sweep
 from plica.sweep.sensitivity import Index, Indices, indices
 from plica.sweep.study import read_study
 
+if TYPE_CHECKING:
+    from plica.sweep.page import write_report
+
 __all__ = ["Index", "Indices", "Plan", "Sweep", "indices", "read_study", "run", "write_report"]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "write_report":  # workers, which import this, draw nothing
+        from plica.sweep.page import write_report
+
+        return write_report
+    raise AttributeError(f"module 'plica.sweep' has no attribute {name!r}")
