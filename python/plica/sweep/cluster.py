@@ -24,6 +24,16 @@ _MEMORY = {"MALLOC_MMAP_THRESHOLD_": 1 << 31, "MALLOC_TRIM_THRESHOLD_": 1 << 32,
 """[bytes] A worker keeps the memory of a case for the next one, which is as long: to get it anew, page by
 page, takes a tenth of the time of a reduced voice."""
 
+_RARELY = {
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.admin.tick.interval": "1s",
+    "distributed.scheduler.active-memory-manager.start": False,
+    "distributed.scheduler.work-stealing-interval": "1s",
+    "distributed.worker.memory.monitor-interval": "10s",
+    "distributed.worker.profile.enabled": False,
+}
+"""What Dask looks after many times a second otherwise, for 6 % of a processor with two workers that wait."""
+
 
 @contextmanager
 def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
@@ -35,9 +45,9 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
         return
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     settings: dict[str, Any] = {
+        **_RARELY,
         **{f"distributed.nanny.pre-spawn-environ.{name}": size for name, size in _MEMORY.items()},
         "distributed.scheduler.allowed-failures": KILLS,
-        "distributed.worker.profile.enabled": False,
         "distributed.worker.memory.terminate": False,  # the system knows better what there is
         "distributed.worker.memory.pause": False,
         "distributed.worker.memory.spill": False,
