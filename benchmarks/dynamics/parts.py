@@ -125,6 +125,7 @@ UNNEEDED: Mapping[str, tuple[str, ...]] = {
     "plica.commands.main": (*_HEAVY, *(room for room in _ROOMS if room != "plica.report")),
     "plica.video": ("matplotlib", "meshio", "pandas", "xarray", "cv2", "plica.identify", "plica.verify"),
     "plica.identify": ("matplotlib", "meshio", "pandas", "xarray", "cv2", "plica.verify"),
+    "plica.sweep": ("matplotlib", "meshio", "pandas", "xarray", "SALib", "plica.video", "plica.verify"),
 }
 """By module, what importing it must not bring."""
 

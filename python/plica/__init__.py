@@ -126,7 +126,7 @@ _PARTS = {
 """Public names, by where they are; loaded when they are first asked for. `__init__.pyi` has their types."""
 
 _MODULE_OF = {name: module for module, names in _PARTS.items() for name in names}
-_PACKAGES = ("identify", "video")
+_PACKAGES = ("identify", "sweep", "video")
 
 __all__ = sorted((*_MODULE_OF, *_PACKAGES, "__version__"))
 

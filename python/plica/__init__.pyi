@@ -1,6 +1,7 @@
 """The types of what `plica` loads when it is asked for."""
 
 from plica import identify as identify
+from plica import sweep as sweep
 from plica import video as video
 from plica._engine import build_info as build_info
 from plica._engine import set_threads as set_threads

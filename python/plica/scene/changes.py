@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from plica.errors import SceneError
 from plica.scene.problems import describe, path_text, unknown_text
 
-__all__ = ["Changeable", "changed"]
+__all__ = ["Changeable", "changed", "key_names"]
 
 SomePart = TypeVar("SomePart", bound="Changeable")
 Path = tuple[str | int, ...]
@@ -76,6 +76,15 @@ class Changeable(BaseModel):
         return self
 
 
+def key_names(key: str) -> list[str]:
+    """The names and positions of a dotted key, as of `Changeable.replace`; empty if it is invalid."""
+    found, end = [], 0
+    while (match := _TOKEN.match(key, end)) is not None:
+        found.append(next(filter(None, match.groups())))
+        end = match.end()
+    return found if end == len(key) else []
+
+
 def changed(part: SomePart, changes: Mapping[str, Any], where: str) -> SomePart:
     """What `Changeable.replace` returns; lines of its SceneError begin with `where`."""
     return _Changer(where).apply(part, changes)
@@ -116,17 +125,12 @@ class _Changer:
 
     def _tokens(self, key: object) -> list[str]:
         """The names and positions of a dotted key; empty, with an error recorded, if it is invalid."""
-        found, end = [], 0
-        text = key if isinstance(key, str) else ""
-        while (match := _TOKEN.match(text, end)) is not None:
-            found.append(next(filter(None, match.groups())))
-            end = match.end()
-        if not found or end != len(text):
+        found = key_names(key) if isinstance(key, str) else []
+        if not found:
             self._fail(
                 f'the key {json.dumps(key, default=str)} is invalid; must be like "time.step", '
                 '"loads[0].traction" or \'supports.components."a.x_min"\'.'
             )
-            return []
         return found
 
     def _change(self, old: Any, change: _Node | _Leaf, path: Path) -> Any:

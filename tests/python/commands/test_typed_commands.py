@@ -116,6 +116,7 @@ NOT_RUN = {
     r"plica flow .* --truth .*": "needs a known flow; video/motion/test_flow.py has one",
     r"plica run vowel.toml -o runs/.*|plica compare runs/bare runs/vowel -o change": "minutes of voice; "
     "commands/test_cli.py leaves a part out, commands/test_compare.py compares runs",
+    r"plica sweep .*|dask .*": "many runs, and other machines; sweep/test_command.py types each option",
     r"plica exchange .*": "needs a run, and areas; exchange/test_driven_flow.py goes out and in",
     r"plica compare before after -o change --pdf": "as without --pdf; commands/test_compare.py has it",
 }
@@ -132,6 +133,7 @@ PYTHON = {
         "not run: needs a trained network; video/glottis/test_network.py has such files",
     ),
     "docs/sound.md": ("sound/test_docs.py",),
+    "docs/sweeps.md": ("sweep/test_docs.py",),
     "docs/uncertainty.md": ("here",),
 }
 """Which tests run the Python blocks of each page."""

@@ -157,6 +157,8 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
     if "coronal_right" not in waveforms or not length:
         return None
     paths = [np.asarray(waveforms[f"coronal_{side}"], dtype=float) for side in ("right", "left")]
+    if all(_farthest(path) <= largest_motion * length for path in paths):
+        return None
     moves = [path - path[0] for path in paths]
     moved = max(float(np.sqrt(np.einsum("tsc,tsc->ts", move, move).max())) for move in moves)
     if moved <= largest_motion * length:
@@ -167,6 +169,12 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
         "In phonation it is a tenth, and the linear tissue model holds only for small strains.",
         "Are there supports? Are E, the pressure and the initial velocity right?",
     )
+
+
+def _farthest(path: Floats) -> float:
+    """A bound on how far points (k, s, 3) move from where they begin: by each component's own largest move."""
+    far = np.maximum(path.max(axis=0) - path[0], path[0] - path.min(axis=0))
+    return float(np.sqrt((far * far).sum(axis=-1).max()))
 
 
 def large_strain(run: RunData) -> Caution | None:

@@ -35,12 +35,15 @@ def midline(waveforms: Mapping[str, Array]) -> tuple[float, float]:
     return 0.5 * float(np.mean(right + left)), 1.0 if np.sum(right - left) >= 0 else -1.0
 
 
-def half_widths(waveforms: Mapping[str, Array]) -> tuple[Floats, Floats]:
-    """Half-widths (k, s) m of the right and of the left fold."""
+def half_widths(
+    waveforms: Mapping[str, Array], sections: slice | list[int] = slice(None)
+) -> tuple[Floats, Floats]:
+    """Half-widths (k, s) m of the right and of the left fold, at all sections or at these."""
     middle, toward_right = midline(waveforms)
-    right = toward_right * (np.asarray(waveforms["coronal_right"], dtype=float)[:, :, 0] - middle)
-    left = toward_right * (middle - np.asarray(waveforms["coronal_left"], dtype=float)[:, :, 0])
-    return right, left
+    right, left = (
+        np.asarray(waveforms[f"coronal_{side}"], dtype=float)[:, sections, 0] for side in ("right", "left")
+    )
+    return toward_right * (right - middle), toward_right * (middle - left)
 
 
 def airway_faces(run: RunData) -> Array | None:
@@ -143,8 +146,8 @@ def _not_medial(cycles: Cycles, medial: slice) -> str:
 
 def _edges(waveforms: Mapping[str, Array], medial: slice) -> tuple[Floats, Floats]:
     """Width (k) m of the airway at the inferior and at the superior edge."""
-    width = np.add(*half_widths(waveforms))
-    return width[:, medial.start], width[:, medial.stop - 1]
+    width = np.add(*half_widths(waveforms, [medial.start, medial.stop - 1]))
+    return width[:, 0], width[:, 1]
 
 
 def _edge_heights(medial: slice, height: Floats) -> str:

@@ -1,0 +1,86 @@
+"""The report of a sweep."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from plica.errors import InvalidInput
+from plica.measures.scale import shown_unit
+from plica.report.drawing import Drawing
+from plica.report.page import render
+from plica.report.wording import number, typeset
+from plica.storage.files import write_text
+from plica.sweep.pictures import indices_picture, measures_picture
+from plica.sweep.results import Sweep
+from plica.sweep.sensitivity import ANALYSED, Indices, indices, write_indices
+
+__all__ = ["write_report"]
+
+_SHOWN = 50  # cases without a result, in full
+_DESIGNS = {
+    "grid": "all combinations",
+    "list": "a list of cases",
+    "latin_hypercube": "Latin hypercube",
+    "sobol": "Sobol indices (Saltelli's design)",
+    "morris": "Morris's elementary effects",
+}
+
+
+def write_report(sweep: Sweep, measures: tuple[str, ...] = ()) -> Path:
+    """Write ``report.html`` and, of a whole design that has them, ``sensitivity.csv``; returns the page.
+
+    measures: shown; default: the main ones.
+    """
+    shown = tuple(name for name in measures or sweep.main_measures)
+    found, remarks = _indices(sweep, shown)
+    if found:
+        write_indices(found, sweep.directory / "sensitivity.csv")
+    else:
+        (sweep.directory / "sensitivity.csv").unlink(missing_ok=True)  # of other measures
+    drawings: list[Drawing] = [measures_picture(sweep, shown)] if shown else []
+    drawings += [indices_picture(found)] if found else []
+    lost = sweep.without_result
+    seconds = sweep.columns["seconds"][sweep.columns["seconds"] > 0]
+    cautions: dict[str, int] = {}
+    for names in sweep.columns["caution_names"]:
+        for name in str(names).split():
+            cautions[name] = cautions.get(name, 0) + 1
+    text = render(
+        "sweep/report.html.j2",
+        title=sweep.directory.resolve().name,
+        running=f"Sweep {sweep.directory.resolve().name}",
+        counts={name: count for name, count in sweep.counts.items() if count},
+        cases=len(sweep),
+        design=_DESIGNS[sweep.record["design"]],
+        samples=sweep.record["samples"],
+        seed=sweep.record["seed"],
+        varied=[_varied(sweep, k) for k in range(len(sweep.keys))],
+        drawings=drawings,
+        remarks=remarks,
+        lost=lost[:_SHOWN],
+        more=max(len(lost) - _SHOWN, 0),
+        cautions=sorted(cautions.items(), key=lambda item: -item[1]),
+        mean_seconds=number(float(seconds.mean()), 3) if seconds.size else "",
+        version=sweep.record["plica_version"],
+    )
+    return write_text(text, sweep.directory / "report.html")
+
+
+def _indices(sweep: Sweep, measures: tuple[str, ...]) -> tuple[list[Indices], list[str]]:
+    """The indices that there are, and why there are no others."""
+    found, remarks = [], []
+    if sweep.record["design"] in ANALYSED:
+        for name in measures:
+            try:
+                found.append(indices(sweep, name))
+            except InvalidInput as error:
+                remarks.append(str(error).removeprefix(f"{sweep.directory}: "))
+    return found, remarks
+
+
+def _varied(sweep: Sweep, k: int) -> tuple[str, str, str, str, int]:
+    """Key, least and largest value, unit, number of different values."""
+    key, values = sweep.keys[k], sweep.values[:, k]
+    factor, unit = shown_unit(sweep.units[key])
+    low, high = (number(factor * float(end), 4) for end in (values.min(), values.max()))
+    return key, low, high, typeset(unit or "1"), len(set(values))
