@@ -15,7 +15,13 @@ from plica.scene.reference import part_keys
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "Scenes": ("plica.scene",),
-    "Runs and what is made of them": ("plica.runs", "plica.uncertainty", "plica.films", "plica.camera"),
+    "Runs and what is made of them": (
+        "plica.runs",
+        "plica.sweep",
+        "plica.uncertainty",
+        "plica.films",
+        "plica.camera",
+    ),
     "Modes and onset": ("plica.stability",),
     "Recordings and tissue from them": ("plica.video", "plica.identify"),
     "Errors and this build": ("plica.errors", "plica._engine"),

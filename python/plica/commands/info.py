@@ -102,7 +102,8 @@ def _licence(package: str) -> str:
     """As its metadata states it: an SPDX expression, or its classifier, or the first line of a text."""
     stated = metadata.metadata(package)
     kinds = [text.rpartition(" :: ")[2] for text in stated.get_all("Classifier", []) if "License ::" in text]
-    text = stated.get("License-Expression") or "; ".join(kinds) or stated.get("License") or "not stated"
+    expression, text = (next(iter(stated.get_all(key, [])), "") for key in ("License-Expression", "License"))
+    text = expression or "; ".join(kinds) or text or "not stated"
     also = _BROUGHT.get(package)
     return text.splitlines()[0] + (f"; {also}" if also else "")
 

@@ -172,7 +172,7 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
 
 
 def _farthest(path: Floats) -> float:
-    """A bound on how far points (k, s, 3) move from where they begin: by each component's own largest move."""
+    """A bound on how far points (k, s, 3) move from where they begin: by components' largest moves."""
     far = np.maximum(path.max(axis=0) - path[0], path[0] - path.min(axis=0))
     return float(np.sqrt((far * far).sum(axis=-1).max()))
 
