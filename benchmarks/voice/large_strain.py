@@ -1,6 +1,6 @@
 """Linear tissue against tissue at finite strain: voices of people at three pressures.
 
-    python -m benchmarks.voice.large_strain --mesh coarse --step 1e-4
+    python -m benchmarks.voice.large_strain --step 1e-4 --duration 0.2 --from 0.12 --jobs 2
 
 A voice is `plica.Scene.of_voice(NAME)`, its stiffness unchanged, with and without `strain = "finite"`; means
 over the steady cycles from `--from` on. The cost is processor time a step over that of linear tissue at the
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -86,23 +87,30 @@ def row(name: str, scene: plica.Scene, tissue: str, start: float) -> tuple[list[
         ], cost
 
 
+def pair(name: str, scene: plica.Scene, start: float) -> list[list[object]]:
+    """The rows of linear tissue and of tissue at finite strain."""
+    linear, cost = row(name, scene, "linear", start)
+    found, of_finite = row(name, scene.replace({"strain": "finite"}), "finite", start)
+    return [
+        [*linear, None] if cost else linear,
+        [*found, f"{of_finite / cost:.1f}" if cost else None] if of_finite else found,
+    ]
+
+
 def rows(options: Any) -> Iterator[list[object]]:
-    for name in options.voices:
-        for pressure in options.pressures:
-            scene = plica.Scene.of_voice(name).replace(
-                {
-                    "airflow.subglottal_pressure": 1e3 * pressure,
-                    "time.duration": options.duration,
-                    "output.every": None,
-                    "output.start": None,
-                }
-                | ({"mesh.larynx": options.mesh} if options.mesh else {})
-                | ({"time.step": options.step} if options.step else {})
-            )
-            linear, cost = row(name, scene, "linear", options.start)
-            yield [*linear, None] if cost else linear
-            found, of_finite = row(name, scene.replace({"strain": "finite"}), "finite", options.start)
-            yield [*found, f"{of_finite / cost:.1f}" if cost else None] if of_finite else found
+    changes = {"time.duration": options.duration, "output.every": None, "output.start": None}
+    if options.mesh:
+        changes["mesh.larynx"] = options.mesh
+    if options.step:
+        changes["time.step"] = options.step
+    scenes = [
+        (name, plica.Scene.of_voice(name).replace(changes | {"airflow.subglottal_pressure": 1e3 * pressure}))
+        for name in options.voices
+        for pressure in options.pressures
+    ]
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for found in pool.map(pair, *zip(*scenes, strict=True), [options.start] * len(scenes)):
+            yield from found
 
 
 if __name__ == "__main__":
@@ -113,4 +121,5 @@ if __name__ == "__main__":
     parser.add_argument("--step", type=float, metavar="S", help="another step than the voice's")
     parser.add_argument("--duration", type=float, default=0.25, metavar="S")
     parser.add_argument("--from", dest="start", type=float, default=0.15, metavar="S")
+    parser.add_argument("--jobs", type=int, default=1, help="voices at a time")
     record("large_strain", COLUMNS, rows(parser.parse_args()))

@@ -192,10 +192,11 @@ void Simulation::advance() {
                                       ? ""
                                       : " (Its places are seen from (" + number_text(origin[0]) + ", " +
                                             number_text(origin[1]) + ", " + number_text(origin[2]) + ") m.)";
-    return SolveFailed(
-        "Step " + std::to_string(next) + " (t = " + number_text(static_cast<double>(next) * motion_.step()) +
-        " s): " + failure.what() + seen_from +
-        state_.first_signs.text(motion_.step(), tissue_.folded(positions()), scene_.mesh.cell_count()));
+    return SolveFailed("Step " + std::to_string(next) +
+                       " (t = " + number_text(static_cast<double>(next) * motion_.step()) +
+                       " s): " + failure.what() + seen_from +
+                       state_.first_signs.text(motion_.step(), tissue_.folded(positions()),
+                                               scene_.mesh.cell_count(), !scene_.strain.has_value()));
   };
   try {
     if (reduced_) return advance_reduced();
@@ -208,15 +209,21 @@ void Simulation::advance() {
       // Contact at the end of an explicit step is known from its beginning.
       if (explicit_ && load_instant(coupling_) == AirColumn::Instant::weighted) air_->stop(step->blocks());
     }
-    do {
-      if (air_) {
-        const int sweeps = flow ? flow->sweeps : 0;
-        flow = couple(coupling_, *air_, *step);
-        flow->sweeps += sweeps;
-      } else {
-        step->move();
+    const auto move = [&] {
+      if (!air_) return step->move();
+      const int sweeps = flow ? flow->sweeps : 0;
+      flow = couple(coupling_, *air_, *step);
+      flow->sweeps += sweeps;
+    };
+    for (bool settled = false; !settled;) {
+      try {
+        move();
+      } catch (const SolveFailed&) {
+        if (!step->retreat()) throw;
+        continue;
       }
-    } while (!step->settle());
+      settled = step->settle();
+    }
     step->complete();
     State now = step->end();
     if (air_) now.air = air_->end_step(flow->state);

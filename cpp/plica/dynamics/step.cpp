@@ -191,18 +191,29 @@ Vector Step::force_of_contacts() const {
   return motion_.folded(std::move(force));
 }
 
+void Step::solve_anew() {
+  if (!response_) return;
+  if (const Vector more = response_->difference(pressure_, solved_at_); !more.isZero(0)) {
+    response_->add(more, free_.x);
+    free_.product.resize(0);
+  }
+  response_ = nullptr;
+}
+
+bool Step::retreat() {
+  if (!tissue_) return false;
+  const Stopwatch watch(times_.tissue);
+  solve_anew();
+  contacts_ = Contacts();
+  return tissue_->retreat();
+}
+
 bool Step::settle() {
   if (!tissue_) return true;
   const Vector contact_force = force_of_contacts();
   const Vector force = right_hand_side(contact_force);
   const Stopwatch watch(times_.tissue);
-  if (response_) {  // the next move solves anew, from here
-    if (const Vector more = response_->difference(pressure_, solved_at_); !more.isZero(0)) {
-      response_->add(more, free_.x);
-      free_.product.resize(0);
-    }
-    response_ = nullptr;
-  }
+  solve_anew();
   Vector a = free_.x;
   if (contacts_.any_force()) contact_->collision().add_response(contact_force, a);
   return tissue_->settled({std::move(a), force});

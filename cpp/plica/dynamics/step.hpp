@@ -53,6 +53,7 @@ class Step final : public NodalStep {
   int iterations() const override { return iterations_; }
 
   bool settle() override;
+  bool retreat() override;
   int evaluations() const override { return tissue_ ? tissue_->evaluations() : 0; }
   void complete() override;
   State end() override;
@@ -61,6 +62,7 @@ class Step final : public NodalStep {
  private:
   void predict();
   void begin_balance();
+  void solve_anew();  // in the next move, from where this one has led
   /// U and V under an acceleration.
   void weigh(const Vector& a, Vector& U, Vector& V) const;
   /// Solves for the positions under load_, without contact.

@@ -1,6 +1,7 @@
 #include "plica/dynamics/tissue_balance.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "plica/core/eigenpairs.hpp"
 #include "plica/core/error.hpp"
@@ -10,7 +11,8 @@ namespace plica {
 namespace {
 
 constexpr std::size_t most_kept = 20;
-constexpr int most_halvings = 12;
+constexpr int most_halvings = 12, most_retreats = 12;
+constexpr double much_worse = 100;  // in energy: a residual ten times as large
 constexpr double distinct = 1e-10;  // least eigenvalue of the differences' products, of the largest
 
 Guess between(const Guess& one, const Guess& other) {
@@ -19,18 +21,24 @@ Guess between(const Guess& one, const Guess& other) {
 
 }  // namespace
 
-TissueBalance::TissueBalance(const ExcessForce& law, Weighted weighted, Guess first,
-                             const std::function<Guess()>& still)
-    : law_(law), weighted_(std::move(weighted)) {
-  take(std::move(first), still);
+TissueBalance::TissueBalance(const ExcessForce& law, Weighted weighted, Guess first, std::function<Guess()> still)
+    : law_(law),
+      weighted_(std::move(weighted)),
+      still_(std::move(still)),
+      least_(std::numeric_limits<double>::infinity()) {
+  take(std::move(first));
 }
 
-void TissueBalance::take(Guess guess, const std::function<Guess()>& last) {
+const Guess& TissueBalance::best() {
+  if (best_.x.size() == 0) best_ = still_();
+  return best_;
+}
+
+void TissueBalance::take(Guess guess) {
   Vector U, V;
   std::optional<std::int32_t> cell;
   for (int halved = 0; halved <= most_halvings; ++halved) {
-    if (halved == 1) reached_.clear(), residual_.clear();  // the guess is no combination of these any more
-    if (halved > 0) guess = between(guess, last());
+    if (halved > 0) guess = between(guess, best());
     weighted_(guess.x, U, V);
     ++evaluations_;
     cell = law_.at(U, V, force_);
@@ -43,6 +51,12 @@ void TissueBalance::take(Guess guess, const std::function<Guess()>& last) {
       "tissue at finite strain: " + law_.cell_text(*cell) +
       " turns inside out however little the step moves it; must keep its orientation. Take a shorter "
       "time.step, less pressure, or stiffer tissue there.");
+}
+
+bool TissueBalance::retreat() {
+  if (++retreats_ > most_retreats) return false;
+  take(between(guess_, best()));
+  return true;
 }
 
 bool TissueBalance::settled(Guess reached) {
@@ -59,14 +73,19 @@ bool TissueBalance::settled(Guess reached) {
                       number_text(law_.options().tolerance) +
                       ". Take a shorter time.step, less pressure, or stiffer tissue there.");
   }
+  const double energy = residual.x.dot(residual.product);
+  const bool worse = energy > much_worse * least_;
+  if (energy < least_) {
+    least_ = energy;
+    best_ = guess_;
+  }
   reached_.push_back(std::move(reached));
   residual_.push_back(std::move(residual));
   if (reached_.size() > most_kept) {
     reached_.erase(reached_.begin());
     residual_.erase(residual_.begin());
   }
-  const Guess last = guess_;
-  take(mixed(), [&] { return last; });
+  take(worse ? between(guess_, best_) : mixed());
   return false;
 }
 

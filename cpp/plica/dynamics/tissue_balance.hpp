@@ -17,7 +17,7 @@ class TissueBalance {
   using Weighted = std::function<void(const Vector& a, Vector& U, Vector& V)>;
   /// Begins with the force of `first`, A first.x being first.product; where a cell has none there, nearer to
   /// `still`, the acceleration under which nothing moves. Throws SolveFailed.
-  TissueBalance(const ExcessForce& law, Weighted weighted, Guess first, const std::function<Guess()>& still);
+  TissueBalance(const ExcessForce& law, Weighted weighted, Guess first, std::function<Guess()> still);
 
   /// r of now.
   const ExcessForce::Force& force() const { return force_; }
@@ -27,19 +27,26 @@ class TissueBalance {
   /// Whether `reached`, with A of it, is what the force of now leads to; else takes the next. Throws SolveFailed
   /// where iterations run out, or no guess has a force.
   bool settled(Guess reached);
+  /// Where the force of now leads nowhere: takes that of a guess nearer to the best one so far. False where that
+  /// has been of no use.
+  bool retreat();
 
  private:
-  /// Takes the force of a guess, or of one nearer to the last, where a cell has none.
-  void take(Guess guess, const std::function<Guess()>& last);
+  /// Takes the force of a guess, or of one nearer to the best, where a cell has none.
+  void take(Guess guess);
+  const Guess& best();
   Guess mixed() const;
 
   const ExcessForce& law_;
   Weighted weighted_;
+  std::function<Guess()> still_;
   Guess guess_;
+  Guess best_;    // of those that led somewhere, the one with the least residual; first: still
+  double least_;  // g . A g of it
   ExcessForce::Force force_;
   Vector sum_;
   std::vector<Guess> reached_, residual_;  // newest last: a with A a, a - y with A (a - y)
-  int evaluations_ = 0, iterations_ = 0;
+  int evaluations_ = 0, iterations_ = 0, retreats_ = 0;
 };
 
 }  // namespace plica
