@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 import plica
 from conftest import THESIS_TISSUE, TINY_LARYNX
 from plica import SolveFailed, StepFailed, _engine
+from plica.identify.model.model import require_linear
 
 DENSITY = 1040.0
 FIBRED = {"E": 5e3, "nu": 0.4, "E_fibre": 40e3, "nu_fibre": 0.3, "mu_fibre": 10e3}
@@ -333,4 +334,15 @@ def test_what_does_not_settle_or_has_no_force_says_so() -> None:
     refused(lambda: simulation(mesh, material, x == 0).renewed(state), "renewed with strain = finite")
     refused(
         lambda: simulation(mesh, material, x == 0, strain=None).restore(state), "belongs to another scene"
+    )
+
+
+def test_what_rests_on_one_stiffness_refuses_it() -> None:
+    scene = voice()
+    refused(lambda: plica.equilibrium(scene), "strain is given; must be left out")
+    refused(lambda: plica.flow_equilibrium(scene), "strain is given; must be left out")
+    refused(lambda: require_linear(scene), "strain is given; must be left out")
+    linear = scene.replace({"strain": None})
+    assert plica.eigenmodes(scene, 2).frequency == pytest.approx(
+        plica.eigenmodes(linear, 2).frequency, rel=1e-12
     )
