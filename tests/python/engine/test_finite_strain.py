@@ -118,6 +118,7 @@ def test_a_block_that_turns_keeps_its_momentum_and_is_hardly_strained() -> None:
         assert waves["elastic_energy"].max() < 0.01 * kinetic  # what holds it together: rho (spin size)^2 / E
         assert np.abs(waves["viscous_loss"]).max() < 0.005 * kinetic  # of the oscillation about that
         assert np.abs(run.displacement).max() > 8e-3
+        assert waves["strain_999"].max() < 0.1  # Green and Lagrange's; the small strain of half a turn is 2
         assert np.abs(waves["energy_balance_error"]).max() < 1e-9 * kinetic
     assert drift[1] < 1e-4
     assert drift[1] == pytest.approx(drift[0] / 4, rel=0.1)
