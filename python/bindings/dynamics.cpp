@@ -178,6 +178,13 @@ void bind_reduction(py::module_& engine) {
       .bind(engine, {}, py::kw_only());
 }
 
+void bind_finite_strain(py::module_& engine) {
+  options<FiniteStrain>("FiniteStrain", option("tolerance", &FiniteStrain::tolerance),
+                        option("max_iterations", &FiniteStrain::max_iterations))
+      .bind(
+          engine, [](const FiniteStrain& strain) { strain.validate(); }, py::kw_only());
+}
+
 void bind_waveforms(py::module_& engine) {
   py::class_<Waveform>(engine, "Waveform")
       .def_readonly("name", &Waveform::name)
@@ -296,7 +303,8 @@ std::unique_ptr<SteppedSimulation> make_simulation(
     const LinearSolver::Method& solver, bool lumped_mass, std::optional<AirflowPart> airflow,
     std::optional<ContactPart> contact, std::vector<Load> loads, std::optional<Vec3> gravity,
     std::optional<RealArray> displacement, std::optional<RealArray> velocity, std::optional<py::array> probes,
-    std::optional<Reduction> reduction, const std::optional<std::string>& symmetry) {
+    std::optional<Reduction> reduction, const std::optional<std::string>& symmetry,
+    const std::optional<FiniteStrain>& strain) {
   Scene scene =
       make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
   scene.airflow = std::move(airflow);
@@ -305,6 +313,7 @@ std::unique_ptr<SteppedSimulation> make_simulation(
   if (velocity) scene.velocity = to_points(*velocity, "Simulation", "velocity");
   scene.reduction = std::move(reduction);
   if (symmetry) scene.symmetry = Shown<Symmetry>::take(*symmetry, "Simulation", "symmetry");
+  scene.strain = strain;
   Simulation::Options options;
   options.scheme = scheme;
   options.step = step;
@@ -360,6 +369,7 @@ void bind_dynamics(py::module_& engine) {
   bind_options(engine);
   bind_enforcement(engine);
   bind_reduction(engine);
+  bind_finite_strain(engine);
   engine.def("free_bodies", &free_bodies, py::arg("mesh"), py::arg("fixed"));
   py::class_<StretchedMesh>(engine, "StretchedMesh")
       .def_readonly("mesh", &StretchedMesh::mesh)
@@ -392,7 +402,8 @@ void bind_dynamics(py::module_& engine) {
            py::arg("solver") = options.solver.method, py::arg("lumped_mass") = false,
            py::arg("airflow") = py::none(), py::arg("contact") = py::none(), py::arg("loads") = py::list(),
            py::arg("gravity") = py::none(), py::arg("displacement") = py::none(), py::arg("velocity") = py::none(),
-           py::arg("probes") = py::none(), py::arg("reduction") = py::none(), py::arg("symmetry") = py::none())
+           py::arg("probes") = py::none(), py::arg("reduction") = py::none(), py::arg("symmetry") = py::none(),
+           py::arg("strain") = py::none())
       .def("advance", &SteppedSimulation::advance, py::arg("steps"), py::arg("waveforms") = py::none())
       .def("state", [](const SteppedSimulation& self) { return state_to_dict(self.simulation().state()); })
       .def(

@@ -25,6 +25,13 @@ void for_vectors(AnyState& state, const Visit& visit) {
   visit("viscosity_acceleration", state.viscosity_acceleration);
 }
 
+/// Those of tissue at finite strain alone.
+template <typename AnyState, typename Visit>
+void for_excess(AnyState& state, const Visit& visit) {
+  visit("elastic_excess", state.elastic_excess);
+  visit("viscous_excess", state.viscous_excess);
+}
+
 template <typename AnyLedger, typename Visit>
 void for_energies(AnyLedger& ledger, const Visit& visit) {
   visit("kinetic", ledger.kinetic);
@@ -124,6 +131,10 @@ py::dict state_to_dict(const State& state) {
   py::dict dict;
   dict["step"] = state.step;
   for_vectors(state, [&](const char* name, const Vector& v) { dict[name] = give(Vector(v)); });
+  if (state.elastic_excess.size() > 0) {
+    for_excess(state, [&](const char* name, const Vector& v) { dict[name] = give(Vector(v)); });
+    dict["nonlinear_loss"] = state.ledger.nonlinear_loss;
+  }
   dict["past_accelerations"] = rows_of(state.past.accelerations);
   dict["past_images"] = rows_of(state.past.images);
   dict["closed"] = py::array_t<std::int32_t>(static_cast<py::ssize_t>(state.closed.size()), state.closed.data());
@@ -156,6 +167,10 @@ State state_from_dict(const py::dict& dict) {
   };
   state.step = entry("step").cast<std::int64_t>();
   for_vectors(state, [&](const char* name, Vector& v) { v = entry(name).cast<Vector>(); });
+  if (dict.contains("elastic_excess")) {
+    for_excess(state, [&](const char* name, Vector& v) { v = entry(name).cast<Vector>(); });
+    state.ledger.nonlinear_loss = entry("nonlinear_loss").cast<double>();
+  }
   state.past = {vectors_of(entry("past_accelerations").cast<RealArray>()),
                 vectors_of(entry("past_images").cast<RealArray>())};
   for (const py::handle key : entry("closed")) state.closed.push_back(key.cast<std::int32_t>());
@@ -246,6 +261,7 @@ py::dict SteppedSimulation::times() const {
   py::dict times;
   times["residual"] = t.residual;
   times["load"] = t.load;
+  if (simulation_.scene().strain) times["tissue"] = t.tissue;
   times["solve"] = t.solve;
   times["detection"] = t.detection;
   times["contact"] = t.contact;

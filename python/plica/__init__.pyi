@@ -44,6 +44,7 @@ from plica.scene.parts import Course as Course
 from plica.scene.parts import Cut as Cut
 from plica.scene.parts import Elliptic as Elliptic
 from plica.scene.parts import Extrapolated as Extrapolated
+from plica.scene.parts import FiniteStrain as FiniteStrain
 from plica.scene.parts import FlowModel as FlowModel
 from plica.scene.parts import HilberHughesTaylor as HilberHughesTaylor
 from plica.scene.parts import Initial as Initial
@@ -61,6 +62,7 @@ from plica.scene.parts import Scheme as Scheme
 from plica.scene.parts import SectionArea as SectionArea
 from plica.scene.parts import Solver as Solver
 from plica.scene.parts import Stepping as Stepping
+from plica.scene.parts import Strain as Strain
 from plica.scene.parts import Supports as Supports
 from plica.scene.parts import ViscousSlit as ViscousSlit
 from plica.scene.parts import VolumePenalty as VolumePenalty

@@ -27,6 +27,7 @@ __all__: list[str] = [
     "DEEPEST_LAYER",
     "Elliptic",
     "Extrapolated",
+    "FiniteStrain",
     "FlowOptions",
     "FlowSupply",
     "FlowTangent",
@@ -513,6 +514,7 @@ class Simulation:
         probes: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]] | None = None,
         reduction: Reduction | None = None,
         symmetry: str | None = None,
+        strain: FiniteStrain | None = None,
     ) -> None: ...
     def advance(
         self,
@@ -944,6 +946,22 @@ class Reduction:
     def __repr__(self) -> str: ...
     @property
     def watch_every(self) -> int: ...
+
+class FiniteStrain:
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"tolerance": 0.0001, "max_iterations": 60}
+    def __eq__(self, arg0: typing.Any) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __init__(
+        self,
+        *,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 60,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    @property
+    def max_iterations(self) -> int: ...
+    @property
+    def tolerance(self) -> float: ...
 
 class StretchedMesh:
     @property

@@ -51,7 +51,7 @@ void FirstSigns::validate(std::int64_t last, std::ptrdiff_t cells) const {
   check("folded cell", folded_tissue->cell, static_cast<double>(cells - 1));
 }
 
-std::string FirstSigns::text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t cells) const {
+std::string FirstSigns::text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t cells, bool linear) const {
   std::vector<Sign> signs;
   if (coupling)
     signs.push_back({coupling->step,
@@ -63,7 +63,8 @@ std::string FirstSigns::text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t
                      "Try a smaller step; with augmented multipliers, a larger max_augmentations."});
   if (folded_tissue)
     signs.push_back({folded_tissue->step, folding(*folded_tissue, folded_now, cells),
-                     "Linear tissue cannot bear that: try less pressure, less speed or stiffer tissue."});
+                     std::string(linear ? "Linear tissue" : "The mesh") +
+                         " cannot bear that: try less pressure, less speed or stiffer tissue."});
   std::stable_sort(signs.begin(), signs.end(), [](const Sign& a, const Sign& b) { return a.step < b.step; });
   std::string text;
   for (const Sign& sign : signs)

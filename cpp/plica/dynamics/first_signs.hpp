@@ -33,7 +33,8 @@ struct FirstSigns {
   void validate(std::int64_t last, std::ptrdiff_t cells) const;
   /// " First sign: ..." in the order in which they came and what to try about the first; empty without any.
   /// Steps of h s; `folded_now` of the tissue's `cells` are folded at the end of the last step.
-  std::string text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t cells) const;
+  /// linear: whether the tissue is.
+  std::string text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t cells, bool linear = true) const;
 };
 
 }  // namespace plica

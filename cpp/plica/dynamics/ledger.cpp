@@ -1,5 +1,8 @@
 #include "plica/dynamics/ledger.hpp"
 
+#include <cmath>
+
+#include "plica/core/error.hpp"
 #include "plica/dynamics/motion.hpp"
 #include "plica/dynamics/state.hpp"
 
@@ -12,6 +15,28 @@ void take_energies(const State& state, const Vector& momentum, Ledger& ledger) {
   ledger.elastic = 0.5 * state.displacement.dot(state.elastic_force);
 }
 
+/// At t_{n+1+alpha}, as loads are: -alpha times their difference further on is the step's middle.
+double lag_of(bool first, double alpha) { return first ? alpha / (2 * (1 + alpha)) : alpha; }
+
+/// To the ledger of a step in which the tissue's excess force was a load: docs/theory/finite_strain.md.
+void add_excess(const ExcessForce& law, double alpha, const State& before, const State& now, Ledger& ledger) {
+  const Vector du = now.displacement - before.displacement;
+  const double late = lag_of(before.step == 0, alpha) * du.dot(now.elastic_excess - before.elastic_excess);
+  const double work = 0.5 * du.dot(now.elastic_excess + before.elastic_excess) - late;
+  const double energy = law.energy(now.displacement);
+  if (!std::isfinite(energy))
+    throw SolveFailed(
+        "tissue at finite strain: a cell is inside out where the step ends; must keep its orientation. Take a "
+        "shorter time.step, less pressure, or stiffer tissue.");
+  const double linear_change =
+      ledger.elastic - 0.5 * before.displacement.dot(before.elastic_force);  // ledger: as of linear tissue
+  ledger.nonlinear_loss += work - (energy - before.ledger.elastic - linear_change);
+  ledger.numerical_loss += late;
+  if (now.viscous_excess.size() > 0)
+    ledger.viscous_loss += 0.5 * du.dot(now.viscous_excess + before.viscous_excess);
+  ledger.elastic = energy;
+}
+
 }  // namespace
 
 Ledger opened_ledger(const State& state, const Vector& momentum) {
@@ -22,13 +47,20 @@ Ledger opened_ledger(const State& state, const Vector& momentum) {
 }
 
 Ledger opened_ledger(const Motion& motion, const State& state) {
-  return opened_ledger(state, motion.mass() * state.velocity);
+  Ledger ledger = opened_ledger(state, motion.mass() * state.velocity);
+  if (motion.excess()) {
+    ledger.elastic = motion.excess()->energy(state.displacement);
+    ledger.initial = ledger.kinetic + ledger.elastic;
+  }
+  return ledger;
 }
 
 Ledger continued_ledger(const Motion& motion, const State& before, const State& now) {
-  return continued_ledger(
+  Ledger ledger = continued_ledger(
       {motion.scheme(), motion.step(), motion.viscosity().has_value(), motion.start().shift, motion.massless()},
       before, now, motion.mass() * now.velocity);
+  if (motion.excess()) add_excess(*motion.excess(), motion.scheme().alpha, before, now, ledger);
+  return ledger;
 }
 
 Ledger continued_ledger(const LedgerMotion& motion, const State& before, const State& now,
@@ -42,8 +74,7 @@ Ledger continued_ledger(const LedgerMotion& motion, const State& before, const S
 
   Ledger ledger = before.ledger;
   take_energies(now, momentum, ledger);
-  // Loads and flow are those of t_{n+1+alpha}: -alpha times their difference further on is the step's middle.
-  const double lag = first ? alpha / (2 * (1 + alpha)) : alpha;
+  const double lag = lag_of(first, alpha);
   const double late = lag * du.dot(now.load - before.load);
   ledger.load_work += 0.5 * du.dot(now.load + before.load) - late;
   if (now.flow_load.size() > 0) {

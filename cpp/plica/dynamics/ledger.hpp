@@ -19,6 +19,9 @@ struct Ledger {
   double contact_work = 0.0;
   double viscous_loss = 0.0;
   double numerical_loss = 0.0;
+  /// At finite strain: work of the tissue's force, with the weights of the loads', less the change of its energy,
+  /// both beyond linear tissue's.
+  double nonlinear_loss = 0.0;
   double initial = 0.0;  // kinetic + elastic at t = 0
 
   // The air's own account, no part of the tissue's balance.
@@ -28,7 +31,7 @@ struct Ledger {
 
   /// What the terms leave unexplained; round-off and the solver's tolerance.
   double error() const {
-    return kinetic + elastic - initial - load_work - contact_work + viscous_loss + numerical_loss;
+    return kinetic + elastic - initial - load_work - contact_work + viscous_loss + numerical_loss + nonlinear_loss;
   }
 };
 

@@ -51,6 +51,8 @@ class Motion {
   bool solves() const { return solver_ != nullptr; }
   /// Where it solves.
   const LinearSolver& solver() const { return *solver_; }
+  /// Null where tissue is linear.
+  const ExcessForce* excess() const { return excess_ ? &*excess_ : nullptr; }
   /// Nodes, ascending; none unless the scene's contact asks for it.
   const std::vector<std::int32_t>& massless() const { return massless_; }
   /// Of the first step; empty before begin().
@@ -106,6 +108,7 @@ class Motion {
   NodalMatrix mass_;
   BlockMatrix stiffness_;
   std::optional<BlockMatrix> viscosity_;
+  std::optional<ExcessForce> excess_;
   std::optional<BlockMatrix> step_matrix_;
   std::unique_ptr<const LinearSolver> solver_;
   Start start_;

@@ -12,6 +12,13 @@ class NodalStep : public CoupledStep {
   using CoupledStep::move;
   /// Moves it under the scene's load alone.
   virtual void move() = 0;
+  /// Whether the tissue's force where it has been moved is the one that it was moved under; else takes another,
+  /// and it is to be moved again. Linear tissue's always is.
+  virtual bool settle() { return true; }
+  /// Where a move has failed: whether there is a force of the tissue under which it may not.
+  virtual bool retreat() { return false; }
+  /// How often that force has been evaluated.
+  virtual int evaluations() const { return 0; }
   /// Finds the acceleration under the loads and contact forces of the last move.
   virtual void complete() = 0;
   /// The state that the completed step leads to, its ledger, first signs and memory of the air still those of the

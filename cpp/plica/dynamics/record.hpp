@@ -45,6 +45,7 @@ struct ContactRecord {
 struct StepRecord {
   double time = 0.0;          // s, of the new state
   int iterations = 0;         // of the linear solver, over all solves of the step
+  int force_evaluations = 0;  // of tissue at finite strain
   int inverted_tissue = 0;    // tissue cells inside out or folded over, judged at their nodes
   Indices inverted_by_layer;  // (layers) of these
   Strains strains;            // of the new state
@@ -57,6 +58,7 @@ struct StepTimes {
   double residual = 0.0;   // predictors and inner forces
   double load = 0.0;       // sections, pressure, surface traction
   double solve = 0.0;      // the linear solver, and the products that check it
+  double tissue = 0.0;     // its force at finite strain
   double detection = 0.0;  // inverted tetrahedra, candidates, pairs
   double contact = 0.0;    // the forces of these pairs
   double ledger = 0.0;     // products and sums of the energy ledger

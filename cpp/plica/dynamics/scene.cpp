@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/tissue/stretch_law.hpp"
 
 namespace plica {
 
@@ -24,6 +25,25 @@ void Load::validate() const {
     throw InvalidInput("Load", "frequency", frequency, "Hz", ">= 0 and finite");
   if (!std::isfinite(phase)) throw InvalidInput("Load", "phase", phase, "rad", "finite");
 }
+
+namespace {
+
+/// What moves by forces of tissue that are not linear in its displacement.
+void refuse_beside_finite_strain(const Scene& scene) {
+  scene.strain->validate();
+  const auto refuse = [](const std::string& what) { throw InvalidInput("Scene: strain = finite with " + what); };
+  if (scene.reduction) refuse("a reduction; must be without: a basis spans motion about one stiffness.");
+  if (scene.contact && std::holds_alternative<Nitsche>(scene.contact->enforcement))
+    refuse("contact by Nitsche's method; must be another: it takes the stress of linear tissue.");
+  if (scene.contact && scene.contact->surface_mass == SurfaceMass::redistributed)
+    refuse(
+        "contact.surface_mass = \"redistributed\"; must be \"kept\": massless nodes start as linear tissue does.");
+  if (scene.airflow && !std::holds_alternative<Iterated>(scene.airflow->coupling))
+    refuse("a coupling that does not iterate; must be iterated: the step is found in rounds with the flow.");
+  for (const Material& material : scene.tissue.materials) StretchLaw{material};
+}
+
+}  // namespace
 
 void Scene::validate() const {
   check_mesh(mesh);
@@ -58,6 +78,7 @@ void Scene::validate() const {
   check_field(displacement, "displacement");
   check_field(velocity, "velocity");
   if (reduction) reduction->validate(n);
+  if (strain) refuse_beside_finite_strain(*this);
 }
 
 }  // namespace plica

@@ -6,6 +6,7 @@
 #include "plica/airflow/airflow.hpp"
 #include "plica/contact/collision.hpp"
 #include "plica/dynamics/coupling.hpp"
+#include "plica/dynamics/finite_strain.hpp"
 #include "plica/dynamics/reduction.hpp"
 #include "plica/mesh/mirror.hpp"
 #include "plica/mesh/tet_mesh.hpp"
@@ -62,7 +63,8 @@ struct Scene {
   /// Mesh, tissue, supports, loads and initial values are symmetric, and the motion is to stay so: half or a
   /// quarter of the tissue is solved for. Absent: all of it.
   std::optional<Symmetry> symmetry{};
-  void validate() const;  // throws InvalidInput: the mesh, and all that must fit it
+  std::optional<FiniteStrain> strain{};  // absent: tissue is linear about the mesh's shape
+  void validate() const;                 // throws InvalidInput: the mesh, and all that must fit it
 };
 
 }  // namespace plica

@@ -33,7 +33,7 @@ Simulation::Simulation(Scene scene, Options options)
     : scene_(checked(std::move(scene))),
       part_(part_of(scene_)),
       assembler_(part_ ? part_->mesh : scene_.mesh),
-      tissue_(scene_.mesh, part_ ? &*part_ : nullptr),
+      tissue_(scene_.mesh, part_ ? &*part_ : nullptr, scene_.strain ? StrainMeasure::green : StrainMeasure::small),
       motion_(scene_, part_ ? &*part_ : nullptr, assembler_, checked(options)),
       loads_(scene_, part_ ? &*part_ : nullptr, assembler_) {
   if (motion_.is_explicit()) explicit_.emplace(scene_, motion_);
@@ -147,7 +147,8 @@ State::Shape Simulation::shape_of_states() const {
           flow_.has_value(),
           knows,
           reduced_ ? reduced_->interface() : -1,
-          !explicit_};
+          !explicit_,
+          scene_.strain.has_value()};
 }
 
 StateProducts Simulation::products_of_states() const {
@@ -156,6 +157,11 @@ StateProducts Simulation::products_of_states() const {
 
 State Simulation::renewed(State state) const {
   state.validate(shape_of_states());
+  if (scene_.strain)
+    throw InvalidInput(
+        "Simulation: renewed with strain = finite; must be a scene of linear tissue. Begin another simulation "
+        "with "
+        "the changed motion as the scene's displacement and velocity.");
   State found = products_of_states().renewed(state);
   const double moved = (found.elastic_force - state.elastic_force).cwiseAbs().maxCoeff();
   if (contact_ && moved > 1e-8 * found.elastic_force.cwiseAbs().maxCoeff())
@@ -186,10 +192,11 @@ void Simulation::advance() {
                                       ? ""
                                       : " (Its places are seen from (" + number_text(origin[0]) + ", " +
                                             number_text(origin[1]) + ", " + number_text(origin[2]) + ") m.)";
-    return SolveFailed(
-        "Step " + std::to_string(next) + " (t = " + number_text(static_cast<double>(next) * motion_.step()) +
-        " s): " + failure.what() + seen_from +
-        state_.first_signs.text(motion_.step(), tissue_.folded(positions()), scene_.mesh.cell_count()));
+    return SolveFailed("Step " + std::to_string(next) +
+                       " (t = " + number_text(static_cast<double>(next) * motion_.step()) +
+                       " s): " + failure.what() + seen_from +
+                       state_.first_signs.text(motion_.step(), tissue_.folded(positions()),
+                                               scene_.mesh.cell_count(), !scene_.strain.has_value()));
   };
   try {
     if (reduced_) return advance_reduced();
@@ -201,9 +208,21 @@ void Simulation::advance() {
       air_->begin_step(state_.air, time(), ahead, load_instant(coupling_));
       // Contact at the end of an explicit step is known from its beginning.
       if (explicit_ && load_instant(coupling_) == AirColumn::Instant::weighted) air_->stop(step->blocks());
+    }
+    const auto move = [&] {
+      if (!air_) return step->move();
+      const int sweeps = flow ? flow->sweeps : 0;
       flow = couple(coupling_, *air_, *step);
-    } else {
-      step->move();
+      flow->sweeps += sweeps;
+    };
+    for (bool settled = false; !settled;) {
+      try {
+        move();
+      } catch (const SolveFailed&) {
+        if (!step->retreat()) throw;
+        continue;
+      }
+      settled = step->settle();
     }
     step->complete();
     State now = step->end();
@@ -272,6 +291,7 @@ void Simulation::keep(State now, const std::optional<FlowRecord>& flow, const Ve
   StepRecord record;
   record.time = static_cast<double>(now.step) * motion_.step();
   record.iterations = step.iterations();
+  record.force_evaluations = step.evaluations();
   record.flow = flow;
   record.strains = tissue_.strains(now.displacement);
   record.inverted_by_layer = tissue_.folded_since(x);

@@ -21,12 +21,15 @@ void State::validate(const Shape& shape) const {
                                                           {"stiffness_velocity", &stiffness_velocity},
                                                           {"stiffness_acceleration", &stiffness_acceleration},
                                                           {"viscosity_velocity", &viscosity_velocity},
-                                                          {"viscosity_acceleration", &viscosity_acceleration}};
+                                                          {"viscosity_acceleration", &viscosity_acceleration},
+                                                          {"elastic_excess", &elastic_excess},
+                                                          {"viscous_excess", &viscous_excess}};
   for (const auto& [name, values] : fields) {
-    const bool viscous =
-        values == &viscous_force || values == &viscosity_velocity || values == &viscosity_acceleration;
+    const bool viscous = values == &viscous_force || values == &viscosity_velocity ||
+                         values == &viscosity_acceleration || values == &viscous_excess;
+    const bool excess = values == &elastic_excess || values == &viscous_excess;
     const bool absent = (values == &contact_force && !shape.knows) || (values == &flow_load && !shape.airflow) ||
-                        (viscous && !shape.viscous) ||
+                        (viscous && !shape.viscous) || (excess && !shape.finite_strain) ||
                         (!shape.solves && (values == &stiffness_velocity || values == &stiffness_acceleration ||
                                            values == &viscosity_velocity || values == &viscosity_acceleration));
     const bool reduced = shape.interface >= 0, own = values == &interface_force;
@@ -72,9 +75,10 @@ void State::validate(const Shape& shape) const {
   if (closed.empty() && contact_force.size() > 0 && !contact_force.isZero(0))
     throw InvalidInput(
         "Simulation: the state has contact forces; must have the closed constraints that carry them.");
-  for (const double energy : {ledger.kinetic, ledger.elastic, ledger.load_work, ledger.flow_work,
-                              ledger.contact_work, ledger.viscous_loss, ledger.numerical_loss, ledger.initial,
-                              ledger.air_supplied_energy, ledger.air_viscous_energy, ledger.air_inertial_energy})
+  for (const double energy :
+       {ledger.kinetic, ledger.elastic, ledger.load_work, ledger.flow_work, ledger.contact_work,
+        ledger.viscous_loss, ledger.numerical_loss, ledger.nonlinear_loss, ledger.initial,
+        ledger.air_supplied_energy, ledger.air_viscous_energy, ledger.air_inertial_energy})
     if (!std::isfinite(energy)) throw InvalidInput("Simulation: the state's ledger must be finite.");
   if (watched &&
       (watched->inverted_by_layer.size() != shape.layers || (watched->inverted_by_layer.array() < 0).any()))

@@ -30,7 +30,9 @@ struct State {
   Vector elastic_force, weighted_elastic_force, viscous_force, inertial_force;  // K u, K U, C V, M a
   Vector stiffness_velocity, stiffness_acceleration;                            // K v, K a
   Vector viscosity_velocity, viscosity_acceleration;                            // C v, C a
-  Past past;                                                                    // this state's acceleration first
+  Vector elastic_excess,
+      viscous_excess;                // N, ExcessForce of the last step's equation; empty where tissue is linear
+  Past past;                         // this state's acceleration first
   Vector interface_force;            // N, reduced: the contact force on the contact's own nodes; else empty
   std::optional<Watched> watched;    // reduced: the last look
   std::vector<std::int32_t> closed;  // keys of the contact constraints that carried force, ascending
@@ -52,6 +54,7 @@ struct State {
     std::function<bool(std::int32_t)> knows;
     std::ptrdiff_t interface = -1;  // reduced: unknowns of the contact's own nodes, else -1
     bool solves = true;             // the step's linear systems: explicit ones keep nothing for the next
+    bool finite_strain = false;
   };
   /// Throws InvalidInput where a part has another size, is not finite or cannot be in this scene.
   void validate(const Shape& shape) const;

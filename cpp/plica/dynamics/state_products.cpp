@@ -41,6 +41,7 @@ double terms(const Vector& sums, const Vector& x) { return sums.dot(x.cwiseAbs()
 StateProducts::StateProducts(const Motion& motion)
     : first_displacement_(motion.start().displacement),
       first_velocity_(motion.start().velocity),
+      excess_(motion.excess()),
       alpha_(motion.scheme().alpha),
       step_(motion.step()),
       explicit_(motion.is_explicit()) {
@@ -93,7 +94,7 @@ void StateProducts::require(const State& state) const {
   // A velocity that strains nothing is in no product.
   const Vector &u = state.displacement, &v = state.velocity;
   require_energy("kinetic", state.ledger.kinetic, 0.5 * v.dot(M_.times(v)), 0.5 * M_.sums.dot(v.cwiseAbs2()));
-  require_energy("elastic", state.ledger.elastic, 0.5 * u.dot(state.elastic_force),
+  require_energy("elastic", state.ledger.elastic, excess_ ? excess_->energy(u) : 0.5 * u.dot(state.elastic_force),
                  0.5 * u.cwiseAbs2().dot(K_.sums) + 0.5 * u.cwiseAbs().dot(state.elastic_force.cwiseAbs()));
 }
 

@@ -6,6 +6,7 @@
 
 namespace plica {
 
+class ExcessForce;
 class ModalMotion;
 class Motion;
 
@@ -39,6 +40,7 @@ class StateProducts {
 
   Operator M_, K_, C_, A_;                      // C_ and A_ without a product where there is none
   Vector first_displacement_, first_velocity_;  // U_0 - u_0, V_0 - v_0
+  const ExcessForce* excess_ = nullptr;         // at finite strain
   double alpha_, step_;
   bool explicit_ = false, reduced_ = false;
   double inverse_damping_ = 0.0, inertia_ = 0.0;  // reduced: C a is found as (f - a - inertia K a) inverse_damping

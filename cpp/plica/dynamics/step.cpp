@@ -24,6 +24,7 @@ Step::Step(const Motion& motion, const State& last, Vector scene_load, const Ind
       x_(x_previous_),
       weighted_(x_previous_) {
   predict();
+  if (motion_.excess()) begin_balance();
   if (contact_ == nullptr) return;
   const Stopwatch watch(times_.contact);
   contact_->begin(x_previous_, last_.depth);
@@ -68,9 +69,32 @@ void Step::predict() {
         weight * (h * motion_.at(node, last.velocity) + 0.5 * h * h * motion_.at(node, last.acceleration));
 }
 
+void Step::begin_balance() {
+  const Stopwatch watch(times_.tissue);
+  const auto still = [this]() -> Guess {
+    // U = u_n: (1 + alpha) (u~ + beta h^2 a) - alpha u_behind is the displacement of t_n.
+    const double alpha = motion_.scheme().alpha, weight = 1 + alpha;
+    const Vector u = (last_.displacement + alpha * displacement_behind()) / weight;
+    Guess guess{(u - displacement_predictor_) / inertia(), Vector()};
+    motion_.supports().project(guess.x);
+    guess.product = motion_.image(motion_.products(guess.x));
+    return guess;
+  };
+  tissue_.emplace(
+      *motion_.excess(), [this](const Vector& a, Vector& U, Vector& V) { weigh(a, U, V); },
+      Guess{last_.past.accelerations.front(), last_.past.images.front()}, still);
+}
+
+void Step::weigh(const Vector& a, Vector& U, Vector& V) const {
+  const auto& [alpha, beta, gamma] = motion_.scheme();
+  const double weight = 1 + alpha, rate = weight * gamma * motion_.step();
+  U = weight * displacement_predictor_ + weight * inertia() * a - alpha * displacement_behind();
+  if (motion_.viscosity()) V = weight * velocity_predictor_ + rate * a - alpha * velocity_behind();
+}
+
 void Step::move() {
   load_ = scene_load_;
-  if (contact_ == nullptr) return;
+  if (contact_ == nullptr && !tissue_) return;
   solve_free();
   take_positions();
   touch();
@@ -154,17 +178,49 @@ Vector Step::right_hand_side(const Vector& contact_force) const {
   for_slices(force.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
     force.segment(at, count) = load_.segment(at, count) + inner_force_.segment(at, count);
     if (contact_force.size() > 0) force.segment(at, count) += contact_force.segment(at, count);
+    if (tissue_) force.segment(at, count) -= tissue_->sum().segment(at, count);
   });
   motion_.supports().project(force);
   return force;
 }
 
-void Step::complete() {
-  if (contact_) {
-    contact_force_ = Vector::Zero(x_.size());
-    if (contacts_.any_force()) contacts_.add_forces(contact_force_);
-    contact_force_ = motion_.folded(std::move(contact_force_));
+Vector Step::force_of_contacts() const {
+  if (contact_ == nullptr) return {};
+  Vector force = Vector::Zero(x_.size());
+  if (contacts_.any_force()) contacts_.add_forces(force);
+  return motion_.folded(std::move(force));
+}
+
+void Step::solve_anew() {
+  if (!response_) return;
+  if (const Vector more = response_->difference(pressure_, solved_at_); !more.isZero(0)) {
+    response_->add(more, free_.x);
+    free_.product.resize(0);
   }
+  response_ = nullptr;
+}
+
+bool Step::retreat() {
+  if (!tissue_) return false;
+  const Stopwatch watch(times_.tissue);
+  solve_anew();
+  contacts_ = Contacts();
+  return tissue_->retreat();
+}
+
+bool Step::settle() {
+  if (!tissue_) return true;
+  const Vector contact_force = force_of_contacts();
+  const Vector force = right_hand_side(contact_force);
+  const Stopwatch watch(times_.tissue);
+  solve_anew();
+  Vector a = free_.x;
+  if (contacts_.any_force()) contact_->collision().add_response(contact_force, a);
+  return tissue_->settled({std::move(a), force});
+}
+
+void Step::complete() {
+  contact_force_ = force_of_contacts();
   const Stopwatch watch(times_.solve);
   const Vector force = right_hand_side(contact_force_);
   if (free_.x.size() == 0) {
@@ -219,6 +275,10 @@ State Step::end() {
   now.viscosity_acceleration = std::move(products_.viscous);
   now.acceleration = std::move(free_.x);
   image_ = std::move(free_.product);
+  if (tissue_) {
+    now.elastic_excess = tissue_->force().elastic;
+    now.viscous_excess = tissue_->force().viscous;
+  }
   now.load = std::move(load_);
   now.contact_force = std::move(contact_force_);
   std::tie(now.closed, now.closed_force) = contacts_.closed();

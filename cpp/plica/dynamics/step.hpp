@@ -2,6 +2,7 @@
 #include "plica/dynamics/motion.hpp"
 #include "plica/dynamics/nodal_step.hpp"
 #include "plica/dynamics/record.hpp"
+#include "plica/dynamics/tissue_balance.hpp"
 
 namespace plica {
 
@@ -16,6 +17,9 @@ class PressureResponse;
 /// Positions are those of the nodes that are `seen`, by the flow or by contact. They follow from one solve, under
 /// the load of the first move and without contact; what later moves and contact add to these is superposed as far
 /// as its response is known (SceneFlow::response, Collision::add_response), and solved for otherwise.
+///
+/// Tissue at finite strain has its ExcessForce r on the left side; a move is one under an r that is known, and
+/// settle() says whether it is that of where the move led.
 class Step final : public NodalStep {
  public:
   /// From the state `last`, under scene_load (3 n) N at t_{n+1+alpha}; flow and contact are null where there is
@@ -48,12 +52,19 @@ class Step final : public NodalStep {
   const Contacts& contacts() const override { return contacts_; }
   int iterations() const override { return iterations_; }
 
+  bool settle() override;
+  bool retreat() override;
+  int evaluations() const override { return tissue_ ? tissue_->evaluations() : 0; }
   void complete() override;
   State end() override;
   Vector take_image() override { return std::move(image_); }
 
  private:
   void predict();
+  void begin_balance();
+  void solve_anew();  // in the next move, from where this one has led
+  /// U and V under an acceleration.
+  void weigh(const Vector& a, Vector& U, Vector& V) const;
   /// Solves for the positions under load_, without contact.
   void solve_free();
   const Points& at(Instant instant) const { return instant == Instant::last ? x_previous_ : weighted_; }
@@ -66,6 +77,7 @@ class Step final : public NodalStep {
   }
   const Vector& viscous_behind() const { return last_.step == 0 ? last_.viscous_force : last_.viscosity_velocity; }
   Vector right_hand_side(const Vector& contact_force) const;
+  Vector force_of_contacts() const;  // of the motion's unknowns; empty without contact
 
   const Motion& motion_;
   const State& last_;
@@ -81,6 +93,8 @@ class Step final : public NodalStep {
   Vector inner_force_;  // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
   Vector scene_load_;   // N, loads, gravity and external force at t_{n+1+alpha}
   Points x_previous_;
+
+  std::optional<TissueBalance> tissue_;  // at finite strain
 
   // The current iterate.
   Vector load_;                                 // N, scene_load plus the flow's

@@ -2,8 +2,8 @@
 
 namespace plica {
 
-TissueWatch::TissueWatch(const TetMesh& mesh, const SymmetricPart* part)
-    : mesh_(mesh), part_(part), gauge_(part ? part->mesh : mesh) {}
+TissueWatch::TissueWatch(const TetMesh& mesh, const SymmetricPart* part, StrainMeasure measure)
+    : mesh_(mesh), part_(part), gauge_(part ? part->mesh : mesh, measure) {}
 
 Strains TissueWatch::strains(const Vector& displacement) {
   Strains strains = gauge_.measure(displacement);

@@ -8,7 +8,7 @@ namespace plica {
 class TissueWatch {
  public:
   /// The cells of the scene; part: of a symmetric one, else null. Both must outlive it.
-  TissueWatch(const TetMesh& mesh, const SymmetricPart* part);
+  TissueWatch(const TetMesh& mesh, const SymmetricPart* part, StrainMeasure measure = StrainMeasure::small);
 
   /// Under a displacement of the motion's unknowns (m), a mesh's or a part's.
   Strains strains(const Vector& displacement);

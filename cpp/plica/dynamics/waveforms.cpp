@@ -107,6 +107,15 @@ std::vector<Waveform> make_waveforms() {
           wave("viscous_loss", "J", "Energy the tissue's viscosity took since t = 0.", &Ledger::viscous_loss)),
       since_start(
           wave("numerical_loss", "J", "Energy the time scheme took since t = 0.", &Ledger::numerical_loss)),
+      since_start(
+          only(Of::finite_strain,
+               wave("nonlinear_loss", "J",
+                    "At finite strain, what the time scheme took since t = 0 by summing a force that is not "
+                    "linear in the displacement.",
+                    &Ledger::nonlinear_loss))),
+      only(Of::finite_strain,
+           wave("force_evaluations", "1", "At finite strain, how often the step found the tissue's force anew.",
+                &StepRecord::force_evaluations)),
       wave("energy_balance_error", "J", "What is missing in the balance of the energies, works and losses.",
            &Ledger::error),
       wave("inverted_tissue", "1",
@@ -116,16 +125,19 @@ std::vector<Waveform> make_waveforms() {
                            "The same in each layer of the tissue, in the order of its names, (steps, layers).",
                            &StepRecord::inverted_by_layer)),
       wave("strain_999", "1",
-           "Largest principal strain's magnitude, of the small strain; 0.1 % of the tissue's volume has more.",
+           "Largest principal strain's magnitude, of the small strain (at finite strain, of Green and "
+           "Lagrange's); 0.1 % "
+           "of the tissue's volume has more.",
            [](const StepRecord& r) { return r.strains.strain; }),
       wave("strain_largest", "1", "The same where it is largest.",
            [](const StepRecord& r) { return r.strains.largest; }),
       wave("strain_cell", "1", "The cell where it is largest.",
            [](const StepRecord& r) { return static_cast<int>(r.strains.cell); }),
-      wave("strain_neglected", "1",
-           "Strain that linear tissue leaves out, half the square of the displacement gradient; 0.1 % of the "
-           "volume has more.",
-           [](const StepRecord& r) { return r.strains.neglected; }),
+      only(Of::linear_tissue,
+           wave("strain_neglected", "1",
+                "Strain that linear tissue leaves out, half the square of the displacement gradient; 0.1 % of the "
+                "volume has more.",
+                [](const StepRecord& r) { return r.strains.neglected; })),
       per_probe(
           wave("probes", "m", "Displacement of each probe's node, (steps, probes, 3).", &probe_displacements),
           "um"),
@@ -284,6 +296,10 @@ bool Waveform::exists_in(const Scene& scene) const {
       return scene.contact.has_value();
     case Of::friction:
       return scene.contact && scene.contact->friction;
+    case Of::linear_tissue:
+      return !scene.strain;
+    case Of::finite_strain:
+      return scene.strain.has_value();
     case Of::scene:
       break;
   }
@@ -317,9 +333,8 @@ Recorder::Recorder(const Simulation& simulation, const std::vector<std::string>&
     if (!waveform.exists_in(simulation.scene()))
       throw InvalidInput(
           "Recorder: \"" + name +
-          "\" is a waveform of airflow, its rise, inertance, trachea or tract, of contact or friction; the scene "
-          "must have "
-          "that part.");
+          "\" is a waveform of airflow, its rise, inertance, trachea or tract, of contact or friction, of finite "
+          "strain or of linear tissue; the scene must have that part.");
     std::vector<std::ptrdiff_t> shape;
     if (waveform.per == Per::section) shape.push_back(simulation.airflow()->sections().count());
     if (waveform.per == Per::probe) shape.push_back(probes_.size());

@@ -20,7 +20,19 @@ class StepTaken {
 /// What can be recorded of every step: one number, or a fixed number of them.
 struct Waveform {
   /// What a scene must have for it to exist.
-  enum class Of { scene, airflow, changing_pressure, inertance, tubes, trachea, tract, contact, friction };
+  enum class Of {
+    scene,
+    airflow,
+    changing_pressure,
+    inertance,
+    tubes,
+    trachea,
+    tract,
+    contact,
+    friction,
+    linear_tissue,
+    finite_strain
+  };
   /// What there is one of, or three: each step, each section of the airflow, each probe, each layer of the tissue.
   enum class Per { step, section, probe, layer };
 

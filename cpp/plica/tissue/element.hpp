@@ -44,6 +44,7 @@ class Element {
   /// if their middles are off by less than 1e-10 of their length.
   void place(const Points& points, const std::int32_t* cell);
 
+  bool curved() const { return curved_; }
   double volume() const { return volume_; }  // m^3, negative where inverted
   /// Least det(dx/dxi) / 6 (m^3) over the quadrature points: the volume unless curved.
   double least_jacobian() const;

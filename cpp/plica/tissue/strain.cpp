@@ -53,9 +53,15 @@ bool straight_sides(const Nodes& x) {
 }
 
 /// eps : eps of the gradient H, without cancellation in a rotation.
-double squared_norm_of_strain(const Matrix3& H) {
+double squared_norm_of_small_strain(const Matrix3& H) {
   const double xy = H(0, 1) + H(1, 0), yz = H(1, 2) + H(2, 1), zx = H(2, 0) + H(0, 2);
   return H(0, 0) * H(0, 0) + H(1, 1) * H(1, 1) + H(2, 2) * H(2, 2) + 0.5 * (xy * xy + yz * yz + zx * zx);
+}
+
+Matrix3 strain_of(const Matrix3& H, StrainMeasure measure) {
+  const Matrix3 small = 0.5 * (H + H.transpose());
+  if (measure == StrainMeasure::small) return small;
+  return small + 0.5 * H.transpose() * H;
 }
 
 /// The largest of |eigenvalues|.
@@ -112,7 +118,8 @@ std::optional<double> percentile(Readings& readings, double beyond) {
 
 }  // namespace
 
-StrainGauge::StrainGauge(const TetMesh& mesh) : mesh_(mesh), points_(mesh.order() == 2 ? 4 : 1) {
+StrainGauge::StrainGauge(const TetMesh& mesh, StrainMeasure measure)
+    : mesh_(mesh), measure_(measure), points_(mesh.order() == 2 ? 4 : 1) {
   require_size("StrainGauge", "a row of cells", mesh.cells.cols(), 4, 10);
   require_at_least("StrainGauge", "cells", mesh.cell_count(), 1);
   require_indices("StrainGauge", "node of a cell", mesh.cells, mesh.node_count());
@@ -164,13 +171,15 @@ void StrainGauge::read(const Vector& displacement, std::ptrdiff_t begin, std::pt
       const Map& at = map[one ? 0 : p];
       const Matrix3 H = d.middleCols<3>(3 * p) * at.inverse;
       // Frobenius' norm bounds the spectral one, and costs little: most points end here.
-      const double gradient = H.squaredNorm(), strain = squared_norm_of_strain(H);
+      const double gradient = H.squaredNorm();
+      const double strain = measure_ == StrainMeasure::small ? squared_norm_of_small_strain(H)
+                                                             : strain_of(H, measure_).squaredNorm();
       steepest = std::max(steepest, gradient);
       sum += gradient;
       const auto keep = [&](std::vector<Reading>& readings, double value, double cut) {
         if (value >= cut) readings.push_back({value, at.volume, static_cast<std::int32_t>(points_ * c + p)});
       };
-      if (strain >= strain_cut) keep(found.strain, spectral_norm(0.5 * (H + H.transpose())), cuts_.strain);
+      if (strain >= strain_cut) keep(found.strain, spectral_norm(strain_of(H, measure_)), cuts_.strain);
       if (gradient >= gradient_cut) keep(found.gradient, norm(H), cuts_.gradient);
     }
     const double growth = growth_[static_cast<std::size_t>(c)];

@@ -8,12 +8,15 @@ namespace plica {
 /// How large the strains of a displacement are, and what linear tissue leaves out of them. A percentile is one by
 /// volume: the tissue beyond it is `StrainGauge::beyond` of the whole.
 struct Strains {
-  double strain = 0.0;     // -, 99.9th percentile of |eps|, the largest principal strain's magnitude
+  double strain = 0.0;  // -, 99.9th percentile of |eps| (StrainMeasure), the largest principal strain's magnitude
   double neglected = 0.0;  // -, 99.9th percentile of |E - eps| = |grad u|^2 / 2, E Green and Lagrange's strain
   double largest = 0.0;    // -, |eps| where it is largest
   std::int32_t cell = 0;   // of that, the lowest where there are several
   Vector3 place = Vector3::Zero();  // m, of its point in the reference shape
 };
+
+/// Which strain: eps of linear tissue, or Green and Lagrange's E = eps + (grad u)^T grad u / 2.
+enum class StrainMeasure { small, green };
 
 /// Reads strains off a displacement: in a linear tetrahedron its one strain, in a quadratic one those at the four
 /// points of the quadrature rule of degree 2, each of which stands for its share of the volume. All norms are
@@ -23,7 +26,7 @@ class StrainGauge {
   static constexpr double beyond = 1e-3;  // of the volume lies beyond a percentile
 
   /// Keeps the inverse Jacobians: 80 bytes a cell, 320 where it is curved. The mesh must outlive it. O(cells).
-  explicit StrainGauge(const TetMesh& mesh);
+  explicit StrainGauge(const TetMesh& mesh, StrainMeasure measure = StrainMeasure::small);
 
   /// displacement (3 n) m. The same for any number of threads and whatever was measured before. O(cells).
   /// Throws InvalidInput where a displacement is not finite.
@@ -56,6 +59,7 @@ class StrainGauge {
   Vector3 place(std::int32_t point) const;
 
   const TetMesh& mesh_;
+  StrainMeasure measure_;
   int points_;                       // of a cell
   std::vector<Map> maps_;            // one a cell, or one a point where it is curved
   std::vector<std::int32_t> first_;  // (m + 1) maps of each cell

@@ -22,6 +22,14 @@ class StretchLaw {
   Response at(const Matrix3& F) const;
   /// W, J/m^3 at rest.
   double energy(const Matrix3& F) const;
+  /// What W is made of, for kernels: Pa but for stiffening; shear = mu' - mu, along = e, fibre_modulus = E'.
+  struct Moduli {
+    double mu, lambda, beta, shear, along, fibre_modulus, stiffening, active;
+    Vector3 fibre;  // unit
+  };
+  Moduli moduli() const {
+    return {mu_, lambda_, beta_, shear_, along_, fibre_modulus_, stiffening_, active_, fibre_};
+  }
 
  private:
   double mu_, lambda_, beta_, shear_, along_;  // Pa: shear_ = mu' - mu, along_ = e

@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.runs.basis_file import read_basis
-from plica.runs.flow_equilibrium import EquilibriumBranch, FlowEquilibrium, require_steady
+from plica.runs.flow_equilibrium import (
+    EquilibriumBranch,
+    FlowEquilibrium,
+    require_linear_tissue,
+    require_steady,
+)
 from plica.runs.materials import located, materials_of, place_text
 from plica.runs.options import engine_options
 from plica.runs.scene_mesh import required_posture, scene_mesh
@@ -100,6 +105,8 @@ def build_simulation(
         parts["probes"] = probe_nodes(scene, mesh)
     if scene.symmetry is not None:
         parts["symmetry"] = scene.symmetry
+    if scene.strain is not None:
+        parts["strain"] = engine_options(scene.strain.choice)
     if basis is not None:
         watched = {} if scene.reduction is None else {"watch_every": scene.reduction.watch_every}
         parts["reduction"] = _engine.Reduction(basis=basis, **watched)
@@ -121,8 +128,9 @@ def equilibrium(scene: Scene) -> NDArray[np.float64]:
     """The displacement (n, 3) m at rest under gravity and the loads at t = 0, K u = f.
 
     Airflow, contact and initial values are ignored. Raises SceneError if the supports allow a rigid motion,
-    or the scene names something that its mesh does not have.
+    or the scene names something that its mesh does not have; InvalidInput for tissue at finite strain.
     """
+    require_linear_tissue(scene)
     return _at_rest(scene, _body(scene, scene_mesh(scene)))
 
 
@@ -184,7 +192,7 @@ def equilibrium_branch(
 
 def whole_tissue(scene: Scene) -> Scene:
     """The scene without symmetry, and without what neither its matrices nor its flow depend on."""
-    changes: dict[str, Any] = {"reduction": None, "symmetry": None, "initial": None}
+    changes: dict[str, Any] = {"reduction": None, "symmetry": None, "initial": None, "strain": None}
     if scene.contact is not None and scene.contact.surface_mass == "kept":
         changes["contact"] = None
     return scene.replace(changes)

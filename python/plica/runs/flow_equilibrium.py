@@ -18,7 +18,7 @@ from plica.runs.nodal_matrices import NodalMatrices, ritz
 from plica.scene.held import fixed_components
 from plica.scene.scene import Scene
 
-__all__ = ["EquilibriumBranch", "FlowEquilibrium", "require_steady"]
+__all__ = ["EquilibriumBranch", "FlowEquilibrium", "require_linear_tissue", "require_steady"]
 
 Floats = NDArray[np.float64]
 
@@ -364,8 +364,18 @@ def _static_solver(simulation: _engine.Simulation) -> _engine.StaticSolver:
         ) from None
 
 
+def require_linear_tissue(scene: Scene) -> None:
+    """Raise for a scene whose equilibria are not those of one stiffness."""
+    if scene.strain is not None:
+        raise InvalidInput(
+            f"{scene.source}: strain is given; must be left out: an equilibrium is found, and small motion "
+            "about it is, with the stiffness of the tissue at t = 0. Use the scene of linear tissue."
+        )
+
+
 def require_steady(scene: Scene) -> None:
     """Raise for a scene that has no equilibrium with a flow of this kind."""
+    require_linear_tissue(scene)
     if scene.airflow is None:
         raise InvalidInput(
             f"{scene.source}: airflow is missing; must be there for an equilibrium with the flow. Add a "

@@ -12,6 +12,7 @@ __all__ = [
     "begins_with_a_flow",
     "boxes",
     "contact",
+    "coupled_once",
     "course_of_a_flow",
     "explicit_between_tubes",
     "given_flow",
@@ -22,6 +23,7 @@ __all__ = [
     "is_mirrored",
     "is_reduced",
     "name_of_mirrored",
+    "of_linear_tissue",
     "rises_from_the_flow",
     "shut_off_from_the_flow",
     "side_of_mirrored",
@@ -123,6 +125,21 @@ def unlike_multipliers(scene: Any) -> Fault:
 def tube_without_airflow(scene: Any) -> Fault:
     given = [name for name in ("tract", "trachea") if getattr(scene, name) is not None]
     return ((given[0],), None) if given and scene.airflow is None else None
+
+
+def coupled_once(scene: Any) -> Fault:
+    """A coupling that does not iterate, of tissue at finite strain."""
+    if scene.strain is None or scene.airflow is None or scene.airflow.coupling.iterated is not None:
+        return None
+    return ("airflow", "coupling"), None
+
+
+def of_linear_tissue(scene: Any, *path: str) -> Fault:
+    """A part, or an option of it, that tissue at finite strain does not go with."""
+    part = scene
+    for name in path:
+        part = None if part is None else getattr(part, name)
+    return (path, None) if scene.strain is not None and part else None
 
 
 def given_flow(scene: Any) -> Fault:

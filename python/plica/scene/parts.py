@@ -26,6 +26,7 @@ from plica.scene.output import Output
 from plica.scene.reduction import Reduction
 from plica.scene.solver import Automatic, Cholesky, ConjugateGradients, LinearMethod, Solver
 from plica.scene.stepping import CentralDifferences, HilberHughesTaylor, Newmark, Scheme, Stepping
+from plica.scene.strain import FiniteStrain, Strain
 
 __all__ = [
     "Airflow",
@@ -41,6 +42,7 @@ __all__ = [
     "Cut",
     "Elliptic",
     "Extrapolated",
+    "FiniteStrain",
     "FlowModel",
     "HilberHughesTaylor",
     "Initial",
@@ -58,6 +60,7 @@ __all__ = [
     "SectionArea",
     "Solver",
     "Stepping",
+    "Strain",
     "Supports",
     "ViscousSlit",
     "VolumePenalty",

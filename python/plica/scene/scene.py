@@ -26,6 +26,7 @@ from plica.scene.parts import (
     Reduction,
     Solver,
     Stepping,
+    Strain,
     Supports,
 )
 from plica.scene.posture import Posture
@@ -77,6 +78,9 @@ class Scene(Part):
     """Where the tissue is fixed; default for a larynx: at its wall."""
     posture: Posture | None = None
     """How the tissue is stretched before it moves; default: not at all."""
+    strain: Strain | None = None
+    """Tissue at finite strain, ``"finite"``; default: it is linear about its shape, at its posture if it has
+    one."""
     airflow: Airflow | None = None
     """Airflow that drives the tissue; default: none."""
     trachea: Trachea | None = None

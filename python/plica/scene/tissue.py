@@ -52,8 +52,9 @@ class Tissue(Part):
     """[-] Direction, of any length; default: y, anteroposterior. Of the part in the file, if `mesh.mirror` is
     given."""
     stiffening: Annotated[Number, Field(ge=0, le=100)] = 0.0
-    """[-] How fast fibres stiffen as a posture stretches them: what `E_fibre` bears along them rises by
-    exp(stiffening (lambda^2 - 1)^2), lambda their stretch. Without `posture` it does nothing."""
+    """[-] How fast fibres stiffen as a posture, or motion at finite strain, stretches them: what `E_fibre`
+    bears along them rises by exp(stiffening (lambda^2 - 1)^2), lambda their stretch. Without `posture` and
+    `strain` it does nothing."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
     """[kg/m^3] Mass per volume."""
     viscosity: Annotated[Viscosity, Field(ge=0)] = Field(

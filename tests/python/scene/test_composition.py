@@ -105,6 +105,18 @@ CHANGES: dict[tuple[str, str], dict[str, Any]] = {
         "contact": {"multipliers": {}, "surface_mass": "redistributed"},
     },
     ('airflow.load_shape = "current"', "reduction"): {**REDUCED, "airflow.load_shape": "current"},
+    ("contact.nitsche", "strain"): {"strain": "finite", "contact": {"nitsche": {}}},
+    ('contact.surface_mass = "redistributed"', "strain"): {
+        "strain": "finite",
+        "contact.surface_mass": "redistributed",
+    },
+    ("reduction", "strain"): {**REDUCED, "strain": "finite"},
+    ("time.scheme.central_differences", "strain"): {**EXPLICIT, "strain": "finite"},
+    ('airflow.coupling = "lagged" or "extrapolated"', "strain"): {
+        "strain": "finite",
+        "airflow.coupling": "lagged",
+    },
+    ("initial.equilibrium", "strain"): {"strain": "finite", "initial": {"equilibrium": True}},
     ("contact other than multipliers at the end of the step", "reduction and symmetry"): {
         **REDUCED,
         "symmetry": "half",

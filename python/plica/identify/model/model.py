@@ -232,6 +232,11 @@ def require_linear(scene: Scene) -> None:
             f"{scene.source}: posture is given; must be left out: stretched tissue bears a stress that "
             "depends on its stiffness, so that its matrices are not linear in what is identified."
         )
+    if scene.strain is not None:
+        raise InvalidInput(
+            f"{scene.source}: strain is given; must be left out: the motion of tissue at finite strain is "
+            "not linear in the pressures."
+        )
     given = [name for name in ("contact", "loads", "gravity", "initial", "symmetry") if getattr(scene, name)]
     if given:
         contact = (

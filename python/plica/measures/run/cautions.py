@@ -163,10 +163,15 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
     moved = max(float(np.sqrt(np.einsum("tsc,tsc->ts", move, move).max())) for move in moves)
     if moved <= largest_motion * length:
         return None
+    linear = (
+        ", and the linear tissue model holds only for small strains"
+        if "nonlinear_loss" not in waveforms
+        else ""
+    )
     return Caution(
         "motion_beyond_voice",
         f"A fold moved by {1e3 * moved:.3g} mm, {moved / length:.2g} of its length of {1e3 * length:.3g} mm. "
-        "In phonation it is a tenth, and the linear tissue model holds only for small strains.",
+        f"In phonation it is a tenth{linear}.",
         "Are there supports? Are E, the pressure and the initial velocity right?",
     )
 
@@ -381,6 +386,8 @@ def energy_from_scheme(run: RunData) -> Caution | None:
     if "numerical_loss" not in waveforms:
         return None
     growth = _growth(waveforms, "numerical_loss")
+    if "nonlinear_loss" in waveforms:
+        growth += _growth(waveforms, "nonlinear_loss")
     if "contact_work" in waveforms:  # energy that contact took in the same steps may be returned
         growth += np.where(_touching(waveforms), np.maximum(-_growth(waveforms, "contact_work"), 0.0), 0.0)
     lost = np.cumsum(growth)

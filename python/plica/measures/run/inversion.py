@@ -70,6 +70,14 @@ def linear_error(neglected: float) -> float:
 
 
 def _advice_within(waveforms: Mapping[str, Array], part: slice) -> str:
+    cause = "subglottal pressure" if "minimum_area" in waveforms else "initial velocity or load"
+    until = f"Use a lower {cause}, or stiffer tissue, until none is inverted."
+    if "nonlinear_loss" in waveforms:  # at finite strain
+        rest = (
+            "Tissue at finite strain is not inside out where its force is summed, but at a node, between "
+            "such points: the mesh is too coarse there."
+        )
+        return f"{_NO_MEANING}: use none of these. {rest} {until}"
     neglected = np.asarray(waveforms.get("strain_neglected", np.zeros(part.stop)), dtype=float)[part]
     error = linear_error(float(neglected.max()))
     off = f"linear tissue, which is off by {two_digits(100 * error)} % where it is strained most"
@@ -79,8 +87,6 @@ def _advice_within(waveforms: Mapping[str, Array], part: slice) -> str:
         rest = (
             f"Less than 0.1 % of the tissue's volume is strained so much: motion and flow are those of {off}."
         )
-    cause = "subglottal pressure" if "minimum_area" in waveforms else "initial velocity or load"
-    until = f"Use a lower {cause}, or stiffer tissue, until none is inverted."
     return f"{_NO_MEANING}: use none of these. {rest} {until}"
 
 

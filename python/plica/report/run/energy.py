@@ -23,6 +23,7 @@ def energy_balance(reading: Reading) -> Drawing:
         ("work of loads", "load_work", blue),
         ("viscous loss", "viscous_loss", red),
         ("numerical loss", "numerical_loss", purple),
+        ("nonlinear loss", "nonlinear_loss", grey),
         ("work of contact", "contact_work", green),
     ]
     terms = [term for term in terms if reading.has(term[1])]

@@ -29,7 +29,12 @@ def layered(run: AnalyticRun) -> AnalyticRun:
 
 
 def with_inverted(
-    counts: dict[int, tuple[int, int]], neglected: float = 0.005, *, silent: bool = False, start: bool = False
+    counts: dict[int, tuple[int, int]],
+    neglected: float = 0.005,
+    *,
+    silent: bool = False,
+    start: bool = False,
+    finite: bool = False,
 ) -> Caution | None:
     """The caution of a run with so many cells of body and cover inverted in these steps."""
     run = layered((Phonation(rise_time=0.012, impulse=0.0) if start else Phonation()).run())
@@ -43,6 +48,8 @@ def with_inverted(
     }
     if silent:
         changed["minimum_area"] = np.full(run.time.size, 1e-5)
+    if finite:
+        changed["nonlinear_loss"] = np.zeros(run.time.size)
     return inverted_cells(replace(run, waveforms=run.waveforms | changed))
 
 
@@ -51,6 +58,16 @@ def test_a_run_without_inverted_cells_has_no_caution() -> None:
     run = Phonation().run()
     other = {name: values for name, values in run.waveforms.items() if not name.startswith("inverted")}
     assert inverted_cells(replace(run, waveforms=other)) is None
+
+
+def test_of_tissue_at_finite_strain_the_mesh_is_the_reason() -> None:
+    found, linear = with_inverted({800: (0, 52)}, finite=True), with_inverted({800: (0, 52)})
+    assert found is not None
+    assert linear is not None
+    assert found.seen == linear.seen
+    assert "the mesh is too coarse there" in found.advice
+    assert "linear tissue" in linear.advice
+    assert "linear tissue" not in found.advice
 
 
 def test_few_and_many_inverted_cells_are_said_of_their_layers_and_time() -> None:
