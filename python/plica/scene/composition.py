@@ -468,6 +468,15 @@ COMBINATIONS = (
     ),
     Combination(
         "Scene",
+        "airflow.model.bernoulli",
+        "strain",
+        "must be another model",
+        "its flow jumps with the section of separation, between which no round of a step finds a balance.",
+        "construction",
+        lambda scene: faults.of_linear_tissue(scene, "airflow", "model", "bernoulli"),
+    ),
+    Combination(
+        "Scene",
         "initial.equilibrium",
         "strain",
         "must be false",

@@ -116,6 +116,7 @@ CHANGES: dict[tuple[str, str], dict[str, Any]] = {
         "strain": "finite",
         "airflow.coupling": "lagged",
     },
+    ("airflow.model.bernoulli", "strain"): {"strain": "finite", "airflow.model": "bernoulli"},
     ("initial.equilibrium", "strain"): {"strain": "finite", "initial": {"equilibrium": True}},
     ("contact other than multipliers at the end of the step", "reduction and symmetry"): {
         **REDUCED,
