@@ -22,7 +22,7 @@ __all__ = ["indices_picture", "measures_picture"]
 _COLOURS = (blue, red, green, purple, "#c2a03a", grey)
 _COLUMNS = 5  # of panels at most, of as many keys
 _WIDTH = 22  # characters of a label
-_RASTERED = 1000  # points from which they are drawn as a picture
+_RASTERED = 200  # points from which they are drawn as a picture
 
 
 def measures_picture(sweep: Sweep, measures: Sequence[str]) -> Drawing:

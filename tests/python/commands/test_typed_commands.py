@@ -78,11 +78,14 @@ QUESTIONS = (
     "plica keys combinations",
     "plica keys stiffness",
     "plica verify --list",
+    "plica info",
+    "plica info --licences",
     "python -m benchmarks list",
     "python -m benchmarks tables",
 )
 NOT_RUN = {
-    r"make (demo|test|check)": "builds the package; CI runs them",
+    r"make (demo|test|check|build|docs)|\.ci/run|pip install .*": "builds or installs; CI runs them",
+    r"plica sound runs/first -o first.wav": "the same under another name; the first session writes it",
     r"sudo apt-get .*|mkdir .*|cd .*|cp .*|cat > CMakeLists.txt.*|cmake .*|build/mine": "the program in "
     "C++: the consumer's section of CI builds and runs it",
     r"export PKG_CONFIG_PATH=.*|g\+\+ .*": "the same by pkg-config; a test of the consumer builds it",
