@@ -258,6 +258,9 @@ initial.velocity.cover = [0, 0, 1]""",
     "unconverged_contact": Given(
         BLOCKS, "without contact.multipliers\ncontact.augmented = { stiffness = 0.1, max_augmentations = 2 }"
     ),
+    "facing_contact": Given(
+        LARYNX, 'symmetry = "quarter"\ncontact.max_passes = 1\ninitial.opening_velocity = -1'
+    ),
     "sliding_surfaces": Given(BLOCKS, "initial.velocity.a = [0.2, 1, 0]"),
     "one_sided_contact": Given(
         LARYNX,
