@@ -79,9 +79,11 @@ def drawn(seed: int, count: int = COUNT) -> list[Drawn]:
 
     return [
         Drawn(
-            *(factor(*SOFTER[layer]) for layer in ("body", "ligament", "cover")),
-            factor(*VISCOSITY),
-            float(random.uniform(*PRESSURE)),
+            body=factor(*SOFTER["body"]),
+            ligament=factor(*SOFTER["ligament"]),
+            cover=factor(*SOFTER["cover"]),
+            viscosity=factor(*VISCOSITY),
+            pressure=float(random.uniform(*PRESSURE)),
         )
         for _ in range(count)
     ]

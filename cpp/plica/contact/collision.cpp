@@ -92,11 +92,12 @@ Collision::Collision(Airway airway, const Points& reference, std::unique_ptr<Con
   kind_ = method_->kind(detector_, faces);
 }
 
-void Collision::hold_facing(const Points& reference, bool images) {
+void Collision::hold_facing(const Points& reference, bool images, std::function<bool(const Points&)> folded) {
   if (!method_->exact() || !at_nodes_ || friction_) return;
   facing_.emplace(detector_, reference);
   if (facing_->empty()) facing_.reset();
   facing_are_images_ = images && facing_;
+  folded_ = std::move(folded);
 }
 
 std::vector<Constraint> Collision::constraints_at(const Search& search, const Points& x) {
@@ -217,7 +218,8 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     search.shifted = path_->shifted();
     try {
       Outcome found = search_on(search, std::min(few, options_.max_passes), x);
-      if (found.contacts && found.contacts->converged && !passed_through(x)) return std::move(*found.contacts);
+      if (found.contacts && found.contacts->converged && !passed_through(x, before.x))
+        return std::move(*found.contacts);
     } catch (const SolveFailed&) {  // of forces in the wrong place: from the start they are others
     }
     known.passes = search.last.passes;
@@ -238,13 +240,14 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     }
   };
   Outcome outcome = searched();
-  if (outcome.contacts && !passed_through(x)) return std::move(*outcome.contacts);
+  if (outcome.contacts && !passed_through(x, before.x)) return std::move(*outcome.contacts);
   if (!facing_) throw SolveFailed(outcome.failure);
   return held_facing(search, search.last.passes, search.last.pivots, outcome.failure, x);
 }
 
-bool Collision::passed_through(const Points& x) const {
-  return facing_are_images_ && facing_->deepest(x) < -acceptable * tolerance();
+bool Collision::passed_through(const Points& x, const Points& x_before) const {
+  return facing_ && facing_->passed_through(x, acceptable * tolerance()) &&
+         (facing_are_images_ || folded_(x_before));
 }
 
 Contacts Collision::held_facing(const Search& search, int passes, int pivots, const std::string& failure,

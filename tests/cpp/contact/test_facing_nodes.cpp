@@ -49,6 +49,8 @@ struct Springs {
 
 const std::vector<std::int32_t> nothing_closed;
 
+const auto not_folded = [](const Points&) { return false; };
+
 /// Bent towards each other so that passes between the surfaces need several.
 Points bent_springs(const Springs& springs) { return springs.at({0, 0, 0.4, 0, -0.3, -0.3, -0.7, -0.3}); }
 
@@ -78,6 +80,20 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a pair has passed through where it is further behind than twice its slide") {
+  const Springs springs;
+  const FacingNodes facing(Detector(springs.airway, springs.reference), springs.reference);
+  CHECK_FALSE(facing.passed_through(springs.reference, 0.0));
+  Points x = springs.at({0, 0.2, 0, 0, 1, -0.1, 1, 1});  // 0.3 behind
+  CHECK(facing.passed_through(x, 0.29));
+  CHECK_FALSE(facing.passed_through(x, 0.31));
+  x(1, 0) += 0.1;  // slid by 0.1
+  CHECK(facing.passed_through(x, 0.09));
+  CHECK_FALSE(facing.passed_through(x, 0.11));
+  x(5, 0) += 0.1;  // both
+  CHECK(facing.passed_through(x, 0.29));
+}
+
 TEST_CASE("an airway that is not matched, or is cut anew, has no facing nodes") {
   Springs springs;
   springs.airway.facing.setZero();
@@ -100,7 +116,7 @@ TEST_CASE("where passes fail facing nodes are held: each pair of springs meets h
                        SolveFailed);
 
   Collision held = springs.collision(1);
-  held.hold_facing(springs.reference, false);
+  held.hold_facing(springs.reference, false, not_folded);
   const Contacts contacts = held.solve(x_free, 1.0, before, {}, x);
   CHECK(contacts.facing);
   CHECK(contacts.converged);
@@ -124,12 +140,76 @@ TEST_CASE("where passes fail facing nodes are held: each pair of springs meets h
   CHECK_FALSE(held.solve(other, 1.0, before, {}, x).facing);
 }
 
+/// Multipliers whose passes see no contact.
+class BlindMethod final : public ContactMethod {
+ public:
+  bool exact() const override { return true; }
+  std::unique_ptr<ConstraintKind> kind(Detector&, const FaceMethod&) const override {
+    return std::make_unique<Nothing>();
+  }
+
+ private:
+  struct Nothing final : ConstraintKind {
+    void update(const Points&) override {}
+    std::vector<std::int32_t> violated(const Points&, double, const ContactSurface&, double) override {
+      return {};
+    }
+    bool knows(std::int32_t) const override { return true; }
+    Constraint at(std::int32_t, const Points&, double) override { return {}; }
+    std::vector<PressedNode> pressed(const ContactSurface&, const Contact&, const Points&) override { return {}; }
+    Vector pressure(const Contact&, const Points&) override { return {}; }
+  };
+};
+
+TEST_CASE("passes that lead one surface through the other have failed, of mirror images and of folded tissue") {
+  const Springs springs;
+  const Points through = springs.at({0, 0.2, 0, 0, 1, -0.1, 1, 1});
+  const BeforeContact before{springs.reference, nothing_closed, {}, 0.0};
+  for (const bool images : {false, true})
+    for (const bool folded : {false, true}) {
+      CAPTURE(images);
+      CAPTURE(folded);
+      Collision collision(springs.airway, springs.reference, std::make_unique<BlindMethod>(), {}, {},
+                          condensed_path(*springs.solver, springs.supports, Indices::LinSpaced(8, 0, 7)));
+      const Points* began = nullptr;
+      collision.hold_facing(springs.reference, images, [&](const Points& x) {
+        began = &x;
+        return folded;
+      });
+      Points x;
+      const Contacts contacts = collision.solve(through, 1.0, before, {}, x);
+      CHECK(contacts.facing == (images || folded));
+      CHECK(began == (images ? nullptr : &springs.reference));
+      if (!contacts.facing) continue;
+      CHECK(x(1, 2) == approx(0.05));
+      CHECK(x(5, 2) == approx(0.05));
+      CHECK(contacts.force.size() == 1);
+      CHECK(contacts.force[0] == approx(0.15));
+    }
+}
+
+TEST_CASE("nodes that begin behind each other are held as deep, and may part") {
+  const Springs springs;
+  Collision collision = springs.collision(1);
+  collision.hold_facing(springs.reference, true, not_folded);
+  const Points behind = springs.at({0, 0.2, 0, 0, 1, -0.1, 1, 1}),
+               deeper = springs.at({0, 0.3, 0, 0, 1, -0.2, 1, 1}),
+               parting = springs.at({0, 0.1, 0, 0, 1, -0.05, 1, 1});
+  const BeforeContact before{behind, nothing_closed, {}, 0.3};
+  Points x;
+  const Contacts held = collision.solve(deeper, 1.0, before, {}, x);
+  CHECK(held.facing);
+  CHECK(x(1, 2) - x(5, 2) == approx(0.3));
+  CHECK(held.force.sum() == approx(0.1));
+  CHECK_FALSE(collision.solve(parting, 1.0, before, held, x).any_force());
+}
+
 TEST_CASE("where passes settle facing nodes are not asked") {
   const Springs springs;
   const BeforeContact before{springs.reference, nothing_closed, {}, 0.0};
   Points x, x_held;
   Collision usual = springs.collision(200), held = springs.collision(200);
-  held.hold_facing(springs.reference, false);
+  held.hold_facing(springs.reference, false, not_folded);
   const Contacts one = usual.solve(bent_springs(springs), 1.0, before, {}, x),
                  other = held.solve(bent_springs(springs), 1.0, before, {}, x_held);
   CHECK_FALSE(other.facing);
@@ -141,7 +221,7 @@ TEST_CASE("methods that are not exact, and friction, have no facing nodes") {
   const Springs springs;
   Collision penalty = springs.collision(1, Penalty{}), rough = springs.collision(1, Multipliers{}, Friction{0.3});
   for (Collision* collision : {&penalty, &rough}) {
-    collision->hold_facing(springs.reference, false);
+    collision->hold_facing(springs.reference, false, not_folded);
     CHECK(collision->facing() == nullptr);
   }
 }

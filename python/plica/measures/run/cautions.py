@@ -285,26 +285,28 @@ def unconverged_contact(run: RunData) -> Caution | None:
 
 
 def facing_contact(run: RunData) -> Caution | None:
-    """In some steps no pass of the contact found which parts of the surfaces face each other, as where they
-    fold: nodes were held apart from those that they face at rest. Of the mirror images of a scene with a
-    symmetry that is exact contact; of others it leaves out how far the surfaces have slid.
+    """In some steps the passes of the contact did not settle, or led one surface through the other, as where
+    tissue folds: nodes were held apart from those that they face at rest. Of the mirror images of a scene
+    with a symmetry that is exact contact; of others it leaves out how far the surfaces have slid.
     """
     time, waveforms = reached(run)
     facing = np.flatnonzero(np.asarray(waveforms.get("contact_facing", [])))
     if not facing.size:
         return None
-    steps = int(np.sum(np.asarray(waveforms["contact_rows"]) > 0))
+    steps = int(
+        np.sum((np.asarray(waveforms["contact_rows"]) > 0) | (np.asarray(waveforms["contact_facing"]) > 0))
+    )
     if "symmetry" in scene_tables(run.scene_text):
-        meaning = "Of mirror images that is exact contact, but something moves as no tissue does"
+        meaning = "Of mirror images that is exact contact"
     else:
         slid = float(np.max(waveforms["contact_slide"]))
-        meaning = f"That leaves out how far they have slid, up to {slid:.2g} mean edges"
+        meaning = f"That leaves out how far they have slid, by up to {slid:.2g} mean edges"
     return Caution(
         "facing_contact",
-        f"In {facing.size} of {steps} steps with contact, first at {1e3 * time[facing[0]]:.3g} ms, no pass "
-        "found which parts of the surfaces face each other: nodes were held apart from those that they face "
-        "at rest.",
-        f"{meaning}: use less pressure, stiffer tissue or a smaller time.step.",
+        f"In {facing.size} of {steps} steps with contact, first at {1e3 * time[facing[0]]:.3g} ms, its "
+        "passes did not settle, or led one surface through the other: nodes were held apart from those that "
+        "they face at rest.",
+        f"{meaning}. Passes fail where tissue folds: use less pressure or stiffer tissue.",
     )
 
 
