@@ -258,6 +258,16 @@ initial.velocity.cover = [0, 0, 1]""",
     "unconverged_contact": Given(
         BLOCKS, "without contact.multipliers\ncontact.augmented = { stiffness = 0.1, max_augmentations = 2 }"
     ),
+    "facing_contact": Given(
+        LARYNX,
+        """\
+symmetry = "quarter"
+contact.max_passes = 1
+initial.opening_velocity = -2.5
+tissue.body.viscosity = 5
+tissue.ligament.viscosity = 5
+tissue.cover.viscosity = 5""",
+    ),
     "sliding_surfaces": Given(BLOCKS, "initial.velocity.a = [0.2, 1, 0]"),
     "one_sided_contact": Given(
         LARYNX,

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "plica/contact/friction.hpp"
@@ -12,6 +13,8 @@
 namespace plica {
 
 namespace {
+
+constexpr double acceptable = 10;  // tolerances, of the gap error that an unconverged step may have
 
 /// The constraint that is furthest from complementarity.
 struct Worst {
@@ -87,6 +90,14 @@ Collision::Collision(Airway airway, const Points& reference, std::unique_ptr<Con
           "multipliers.");
   }
   kind_ = method_->kind(detector_, faces);
+}
+
+void Collision::hold_facing(const Points& reference, bool images, std::function<bool(const Points&)> folded) {
+  if (!method_->exact() || !at_nodes_ || friction_) return;
+  facing_.emplace(detector_, reference);
+  if (facing_->empty()) facing_.reset();
+  facing_are_images_ = images && facing_;
+  folded_ = std::move(folded);
 }
 
 std::vector<Constraint> Collision::constraints_at(const Search& search, const Points& x) {
@@ -196,6 +207,8 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
                           Points& x) {
   constexpr int few = 10;  // passes: a search that goes on needs one or two, or begins in the wrong place
   Search search{x_free, scale, before, reach(before, x_free, 0.0)};
+  if (known.facing)
+    return held_facing(search, known.passes, known.pivots, "Contact: facing nodes cannot be held apart.", x);
   // What a method makes of its constraints as it goes is not carried from one x_free to another.
   if (!known.constraints.empty() && !method_->renews_constraints()) {
     for (const Constraint& constraint : known.constraints) search.keys.push_back(constraint.key);
@@ -205,7 +218,8 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     search.shifted = path_->shifted();
     try {
       Outcome found = search_on(search, std::min(few, options_.max_passes), x);
-      if (found.contacts && found.contacts->converged) return std::move(*found.contacts);
+      if (found.contacts && found.contacts->converged && !passed_through(x, before.x))
+        return std::move(*found.contacts);
     } catch (const SolveFailed&) {  // of forces in the wrong place: from the start they are others
     }
     known.passes = search.last.passes;
@@ -217,17 +231,69 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
   search.last.passes = known.passes;
   search.last.pivots = known.pivots;
   x = x_free;
-  Outcome outcome = search_on(search, options_.max_passes, x);
-  if (!outcome.contacts) throw SolveFailed(outcome.failure);
-  return std::move(*outcome.contacts);
+  const auto searched = [&]() -> Outcome {
+    if (!facing_) return search_on(search, options_.max_passes, x);
+    try {
+      return search_on(search, options_.max_passes, x);
+    } catch (const SolveFailed& failure) {
+      return {{}, failure.what()};
+    }
+  };
+  Outcome outcome = searched();
+  if (outcome.contacts && !passed_through(x, before.x)) return std::move(*outcome.contacts);
+  if (!facing_) throw SolveFailed(outcome.failure);
+  return held_facing(search, search.last.passes, search.last.pivots, outcome.failure, x);
+}
+
+bool Collision::passed_through(const Points& x, const Points& x_before) const {
+  return facing_ && facing_->passed_through(x, acceptable * tolerance()) &&
+         (facing_are_images_ || folded_(x_before));
+}
+
+Contacts Collision::held_facing(const Search& search, int passes, int pivots, const std::string& failure,
+                                Points& x) {
+  constexpr double close = 0.1;  // tolerances, to which forces are found
+  const Points &x_free = search.x_free, &x_before = search.before.x;
+  Contacts found;
+  found.facing = true;
+  found.passes = passes;
+  found.pivots = pivots;
+  std::vector<std::int32_t> keys = facing_->closer(x_free, x_before, 0.0);
+  x = x_free;
+  while (!keys.empty()) {
+    const Contacts last = std::move(found);
+    found = {};
+    found.facing = true;
+    std::vector<char> guess;
+    for (const std::int32_t key : keys) {
+      const Constraint& constraint = found.constraints.emplace_back(facing_->at(key, x_before));
+      found.rows.push_back(constraint.row(constraint.normal, constraint.gap(x_free)));
+      guess.push_back(constraint.gap(x) < 0 || last.force_of(key) > 0);
+    }
+    Complementarity solution = path_->solve(found.rows, search.scale, std::move(guess), close * tolerance(),
+                                            100 + 20 * static_cast<int>(keys.size()));
+    found.passes = last.passes + 1;
+    found.pivots = last.pivots + solution.pivots;
+    if (!solution.converged) throw SolveFailed(failure);
+    found.force = std::move(solution.force);
+    path_->move(found.rows, found.force, search.scale, x_free, x);
+    std::vector<std::int32_t> all;
+    const std::vector<std::int32_t> behind = facing_->closer(x, x_before, close * tolerance());
+    std::set_union(keys.begin(), keys.end(), behind.begin(), behind.end(), std::back_inserter(all));
+    if (all.size() == keys.size()) break;
+    keys = std::move(all);
+  }
+  update(x);
+  found.converged = method_->settled(found, found.constraints, x, tolerance());
+  if (found.gap_error > acceptable * tolerance()) throw SolveFailed(failure);
+  return found;
 }
 
 Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& x) {
   constexpr int relax_from = 3;      // passes that converge as Newton's method does are done by then
   constexpr int swings_from = 6;     // passes without the gap error falling by half
-  constexpr int patience = 40;       // passes, for the gap error to fall by half
+  constexpr int patience = 40;       // passes, for the gap error to fall by half, and of mirror images in all
   constexpr double settling = 1000;  // tolerances: below this gap error means say what they leave inside
-  constexpr double acceptable = 10;  // tolerances
   const BeforeContact& before = search.before;
   Contacts& last = search.last;
   last.converged = true;
@@ -281,7 +347,8 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
       }
       return closest();
     }
-    if (passes == max_passes) {
+    // Mirror images have a solution that needs no pass, and these cost more than it.
+    if (passes == max_passes || (facing_are_images_ && passes >= patience)) {
       const Worst worst = worst_of(*method_, constraints, last, x);
       if (!worst.constraint)
         return {{}, "Contact: none of " + std::to_string(passes) + " passes settled. Try a smaller step."};

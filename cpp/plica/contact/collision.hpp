@@ -1,7 +1,9 @@
 #pragma once
+#include <functional>
 #include <optional>
 
 #include "plica/contact/contacts.hpp"
+#include "plica/contact/facing_nodes.hpp"
 #include "plica/contact/method.hpp"
 #include "plica/contact/pairs.hpp"
 #include "plica/contact/path.hpp"
@@ -16,7 +18,8 @@ namespace plica {
 /// Constraints found in a step stay candidates until its end.
 /// With augmented multipliers each pass is an augmentation.
 /// Passes that come no closer, max_passes of them, or constraints that cannot all be met end with the pass that
-/// came closest: unconverged if its gap error is within ten tolerances, else with SolveFailed, which says why.
+/// came closest: unconverged if its gap error is within ten tolerances, else with SolveFailed, which says why, or
+/// with nodes held apart from those they face (hold_facing).
 class Collision {
  public:
   struct Options {
@@ -38,6 +41,16 @@ class Collision {
   bool at_nodes() const { return at_nodes_; }
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
+  /// From now on nodes are held apart from those they face at rest (FacingNodes) in a step whose passes fail, as
+  /// where tissue folds and nothing tells what faces what: with SolveFailed, or with one surface behind the other.
+  /// `images`: these are each other's mirror image at all times, so that passes also fail where many do not
+  /// settle. Of others `folded` says whether tissue is folded where a step begins, positions (n, 3) m: they are
+  /// asked whether one has passed through the other only there. Nothing where no nodes face each other, with
+  /// friction, with means over faces and with methods that are not exact. Steps then know the positions of all
+  /// nodes of the surfaces.
+  void hold_facing(const Points& reference, bool images, std::function<bool(const Points&)> folded);
+  /// Nodes that are held so; null where there are none.
+  const FacingNodes* facing() const { return facing_ ? &*facing_ : nullptr; }
   /// Seconds spent on finding constraints, since construction.
   double detection_time() const { return detection_time_; }
 
@@ -88,6 +101,11 @@ class Collision {
   }
   /// Passes from where the search stands and x is, at most so many.
   Outcome search_on(Search& search, int max_passes, Points& x);
+  /// Whether one surface has passed through the other at x, by more than an unconverged step may leave.
+  bool passed_through(const Points& x, const Points& x_before) const;
+  /// The contacts of facing nodes after so many passes and pivots. Throws SolveFailed with the failure of the
+  /// search where there are none.
+  Contacts held_facing(const Search& search, int passes, int pivots, const std::string& failure, Points& x);
   std::vector<Constraint> constraints_at(const Search& search, const Points& x);
   /// Adds what is violated by more than `least` (m) to the candidates, see ConstraintKind; whether any was new.
   bool add_candidates(Search& search, const Points& x, const ContactSurface& side, double least);
@@ -108,6 +126,9 @@ class Collision {
   bool at_nodes_;
   std::unique_ptr<ConstraintKind> kind_;
   std::unique_ptr<ContactPath> path_;
+  std::optional<FacingNodes> facing_;
+  bool facing_are_images_ = false;
+  std::function<bool(const Points&)> folded_;
 };
 
 }  // namespace plica

@@ -17,6 +17,7 @@ struct Contacts {
   int augmentations = 0;   // of Uzawa's iteration
   double gap_error = 0.0;  // m, largest left
   bool converged = true;   // false where passes or augmentations left a gap error above the tolerance
+  bool facing = false;     // whether nodes were held apart from those they face at rest (FacingNodes)
   bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
   /// Adds the forces on all nodes to `nodal` (3 n).
   void add_forces(Vector& nodal) const;

@@ -69,6 +69,8 @@ class Detector {
   /// The side whose nodes are slaves first: the finer one, or the first of two alike.
   const ContactSurface& slave_side() const { return slave_is_first_ ? first_ : second_; }
   const ContactSurface& master_side() const { return slave_is_first_ ? second_ : first_; }
+  /// The node of the other surface that this one faces at rest, or -1.
+  std::int32_t partner(std::int32_t node) const { return partner_[static_cast<std::size_t>(node)]; }
   /// Of the mesh that both surfaces belong to.
   std::int32_t node_count() const { return static_cast<std::int32_t>(partner_.size()); }
   /// Whether this is a node of either surface; any number may be asked for.

@@ -69,6 +69,7 @@ ContactRecord contact_record(Collision& collision, const Contacts& contacts, con
   record.augmentations = contacts.augmentations;
   record.gap_error = contacts.gap_error;
   record.converged = contacts.converged;
+  record.facing = contacts.facing;
   for (std::size_t i = contacts.constraints.size(); i < contacts.rows.size(); ++i)
     record.friction_loss -= contacts.force[static_cast<std::ptrdiff_t>(i)] *
                             (contacts.rows[i].moving(x) - contacts.rows[i].moving(x_before));
@@ -79,8 +80,10 @@ ContactRecord contact_record(Collision& collision, const Contacts& contacts, con
     ++record.rows;
     const std::int32_t slave = contacts.constraints[i].slave;
     record.slide = std::max(record.slide, detector.slide(slave, x) / detector.mean_edge());
-    const double pull =
-        collision.at_nodes() ? -nodal.segment<3>(3 * slave).dot(detector.pair(slave, x).normal) : -force;
+    // Along the direction in which facing nodes are held: normals of folded surfaces say nothing.
+    const double pull = !collision.at_nodes() || contacts.facing
+                            ? -force
+                            : -nodal.segment<3>(3 * slave).dot(detector.pair(slave, x).normal);
     record.largest_multiplier = record.rows == 1 ? pull : std::max(record.largest_multiplier, pull);
   }
   record.force_first = sum_of_forces(detector.first(), detector.second(), nodal);
@@ -92,7 +95,7 @@ ContactRecord contact_record(Collision& collision, const Contacts& contacts, con
     record.length = both.length;
     record.peak_pressure = both.peak;
   }
-  record.deepest_gap = detector.deepest(x, reach).gap;
+  record.deepest_gap = contacts.facing ? collision.facing()->deepest(x) : detector.deepest(x, reach).gap;
   record.overlap_volume = detector.overlap_volume(x, reach);
   for (const EdgeCrossing& crossing : detector.edge_crossings(x, reach))
     record.edge_overlap_volume += crossing.volume;

@@ -28,6 +28,7 @@ struct ContactRecord {
   int augmentations = 0;             // of Uzawa's iteration
   double gap_error = 0.0;            // m, largest left
   bool converged = true;             // false where passes or augmentations left a gap error above the tolerance
+  bool facing = false;               // nodes were held apart from those they face at rest: passes failed
   double slide = 0.0;                // -, largest of a closed slave (Detector::slide), in mean edges
   double friction_loss = 0.0;        // J, minus the work of friction in the step
   double area = 0.0;                 // m^2, mean of both sides' loaded tributary areas

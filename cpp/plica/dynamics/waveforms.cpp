@@ -241,6 +241,10 @@ std::vector<Waveform> make_waveforms() {
            &ContactRecord::slide),
       wave("contact_converged", "1", "0 where passes or augmentations left a gap error above the tolerance.",
            &ContactRecord::converged),
+      wave("contact_facing", "1",
+           "1 where passes did not settle, or led one surface through the other, and nodes were held apart from "
+           "those that they face at rest instead.",
+           &ContactRecord::facing),
       wave("contact_area", "m^2", "Of the loaded nodes (by over 1e-3 of the largest force), mean of both sides.",
            &ContactRecord::area),
       wave("contact_length", "m",

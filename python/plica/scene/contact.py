@@ -108,7 +108,8 @@ class Contact(OneOf):
     )
     """[-] Largest remaining penetration, relative to the mean edge of the interface."""
     max_passes: Count = Field(default_factory=engine_default("Contact", "max_passes"))
-    """Largest number of updates of the contact rows per step."""
+    """Largest number of updates of the contact rows per step; beyond it, with a symmetry beyond 40, nodes are
+    held apart from those that they face at rest (docs/theory/contact_solve.md)."""
     faces: Literal["nodes", "mortar"] = Field(default_factory=engine_default("Contact", "faces"))
     """Where gaps are constrained: at nodes (Paper A, Eqs. 18-20), with quadratic faces as four flat triangles
     each, or in the mean around each corner, with forces distributed by the faces' shape functions:

@@ -297,6 +297,32 @@ def unconverged_contact(run: RunData) -> Caution | None:
     )
 
 
+def facing_contact(run: RunData) -> Caution | None:
+    """In some steps the passes of the contact did not settle, or led one surface through the other, as where
+    tissue folds: nodes were held apart from those that they face at rest. Of the mirror images of a scene
+    with a symmetry that is exact contact; of others it leaves out how far the surfaces have slid.
+    """
+    time, waveforms = reached(run)
+    facing = np.flatnonzero(np.asarray(waveforms.get("contact_facing", [])))
+    if not facing.size:
+        return None
+    steps = int(
+        np.sum((np.asarray(waveforms["contact_rows"]) > 0) | (np.asarray(waveforms["contact_facing"]) > 0))
+    )
+    if "symmetry" in scene_tables(run.scene_text):
+        meaning = "Of mirror images that is exact contact"
+    else:
+        slid = float(np.max(waveforms["contact_slide"]))
+        meaning = f"That leaves out how far they have slid, by up to {slid:.2g} mean edges"
+    return Caution(
+        "facing_contact",
+        f"In {facing.size} of {steps} steps with contact, first at {1e3 * time[facing[0]]:.3g} ms, its "
+        "passes did not settle, or led one surface through the other: nodes were held apart from those that "
+        "they face at rest.",
+        f"{meaning}. Passes fail where tissue folds: use less pressure or stiffer tissue.",
+    )
+
+
 def one_sided_contact(run: RunData) -> Caution | None:
     """Contact with a slave side (a penalty, mortar faces) in a scene with a symmetry: the whole tissue would
     lean to that side, the symmetric part cannot.
@@ -447,6 +473,7 @@ CHECKS: tuple[Callable[[RunData], Caution | None], ...] = (
     inverted_cells,
     unconverged_coupling,
     unconverged_contact,
+    facing_contact,
     sliding_surfaces,
     one_sided_contact,
     weak_collisions,
