@@ -58,20 +58,18 @@ std::vector<double> AirColumn::Memory::numbers() const {
   for (const double value : {source, flow_below, flow_above}) numbers.push_back(value);
   for (const LineWork& work : {trachea_work, tract_work})
     for (const double value : {work.port, work.source, work.radiated, work.lost}) numbers.push_back(value);
-  numbers.push_back(static_cast<double>(unforeseen.size()));
   numbers.push_back(static_cast<double>(trachea.size()));
-  numbers.insert(numbers.end(), unforeseen.begin(), unforeseen.end());
   numbers.insert(numbers.end(), trachea.begin(), trachea.end());
   numbers.insert(numbers.end(), tract.begin(), tract.end());
   return numbers;
 }
 
 AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
-  constexpr std::size_t head = 14;
+  constexpr std::size_t head = 13;
   if (!numbers.empty() && numbers[0] >= momenta_follow) return with_momenta(numbers);
   const auto count = static_cast<double>(numbers.size());
   if (numbers.size() != 1 && numbers.size() <= head)
-    throw InvalidInput("AirColumn", "numbers of its memory", count, "", "1, or more than 14 with tubes");
+    throw InvalidInput("AirColumn", "numbers of its memory", count, "", "1, or more than 13 with tubes");
   Memory memory;
   memory.flow_stopped = numbers[0] != 0;
   if (numbers.size() == 1) return memory;
@@ -80,17 +78,13 @@ AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
   memory.flow_above = numbers[3];
   memory.trachea_work = {numbers[4], numbers[5], numbers[6], numbers[7]};
   memory.tract_work = {numbers[8], numbers[9], numbers[10], numbers[11]};
-  const double most = count - static_cast<double>(head);
-  for (const double size : {numbers[12], numbers[13], numbers[12] + numbers[13]})
-    if (!(size >= 0 && size <= most))
-      throw InvalidInput("AirColumn", "numbers of pressures and of the trachea in its memory", size, "",
-                         "in [0, " + number_text(most) + "]");
-  const auto pressures = static_cast<std::ptrdiff_t>(numbers[12]),
-             below = static_cast<std::ptrdiff_t>(numbers[13]);
+  if (!(numbers[12] >= 0 && numbers[12] <= count - head))
+    throw InvalidInput("AirColumn", "numbers of the trachea in its memory", numbers[12], "",
+                       "in [0, " + number_text(count - head) + "]");
+  const auto below = static_cast<std::ptrdiff_t>(numbers[12]);
   const auto all = Eigen::Map<const Vector>(numbers.data(), static_cast<std::ptrdiff_t>(numbers.size()));
-  memory.unforeseen = all.segment(head, pressures);
-  memory.trachea = all.segment(head + pressures, below);
-  memory.tract = all.tail(all.size() - head - pressures - below);
+  memory.trachea = all.segment(head, below);
+  memory.tract = all.tail(all.size() - head - below);
   return memory;
 }
 
@@ -136,7 +130,6 @@ FlowState AirColumn::start(const Vector& areas) {
     now_.momentum = now_.momentum_before = flow.momentum;
     return flow;
   }
-  now_.unforeseen = Vector::Zero(airflow_->sections().count() + 2);
   now_.source = source(air_last_);  // of a flow 0, and no pressure either
   if (trachea_) air_last_.subglottal_impedance = trachea_->line.steady_resistance();
   if (tract_) air_last_.supraglottal_impedance = tract_->line.steady_resistance();
@@ -219,13 +212,6 @@ void AirColumn::require(const Memory& memory) const {
     if (!values.allFinite())
       throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
   };
-  if (const std::ptrdiff_t size = has_tubes() ? airflow_->sections().count() + 2 : 0;
-      memory.unforeseen.size() != size)
-    throw InvalidInput("Simulation", "numbers of the state's unforeseen pressures",
-                       static_cast<double>(memory.unforeseen.size()), "", std::to_string(size),
-                       "It belongs to another scene.");
-  if (!memory.unforeseen.allFinite())
-    throw InvalidInput("Simulation: the state's unforeseen pressures must be finite.");
   for (const Vector* momentum : {&memory.momentum, &memory.momentum_before}) {
     const std::ptrdiff_t size = inertial_ ? airflow_->sections().count() : 0;
     if (momentum->size() != size)

@@ -35,9 +35,6 @@ class AirColumn {
     double flow_below = 0.0, flow_above = 0.0;  // m^3/s
     LineWork trachea_work, tract_work;          // since t = 0
     Vector trachea, tract;                      // TransmissionLine states; empty without
-    // (s + 2) Pa, AirwayPressure::all: what the last step's pressures had more than its first guess, which those
-    // of the next will have, too, but for what that changes in a step. Empty without tubes.
-    Vector unforeseen;
     // (s) Pa s, FlowState::momentum of the last load and of that before, and the time (s) between them, 0 where
     // the flow had always been so; empty without inertance.
     Vector momentum, momentum_before;
@@ -74,8 +71,6 @@ class AirColumn {
   void stop(bool stopped) { now_.flow_stopped = stopped; }
   bool stopped() const { return now_.flow_stopped; }
   const Memory& remembered() const { return now_; }
-  /// Of a step that has been made: Memory::unforeseen.
-  void remember_unforeseen(Vector pressure) { now_.unforeseen = std::move(pressure); }
   /// What it remembers of the step that has been made, whose load was of this flow.
   Memory end_step(const FlowState& flow);
   /// Throws InvalidInput for a memory that is not of these tubes.

@@ -66,9 +66,6 @@ FlowRecord couple(const Extrapolated&, AirColumn& air, CoupledStep& step) {
 FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
   AirwayPressure pressure = flow_through(step, air, Instant::weighted).on_walls();
-  // Tubes make of what is foretold wrongly several times as much, of which the next step has nearly the same.
-  const Vector foretold = air.has_tubes() ? pressure.all() : Vector();
-  if (air.has_tubes()) pressure = AirwayPressure::of(foretold + air.remembered().unforeseen);
   Anderson mixing(depth);
   FlowRecord record;
   std::optional<AirColumn::Held> held;
@@ -81,10 +78,7 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
     const Vector taken = air.has_tubes() ? pressure.all() : pressure.sections;
     record.residual = pressure_difference(air.airflow(), found, taken);
     record.converged = record.residual <= coupling.tolerance;
-    if (record.converged || record.sweeps >= coupling.max_sweeps) {
-      if (air.has_tubes()) air.remember_unforeseen(found - foretold);
-      return record;
-    }
+    if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
     if (!held && record.sweeps >= coupling.freeze_after && air.airflow().stops_at_contact()) {
       record.frozen = true;
       held = {record.state.stopped, record.state.separation};

@@ -81,15 +81,9 @@ TEST_CASE("the memory of the air is what its numbers say, and starts with none")
   }
   CHECK_THROWS_AS(AirColumn::Memory::of({}), InvalidInput);
   CHECK_THROWS_AS(AirColumn::Memory::of({1, 0}), InvalidInput);
-  for (const std::size_t place : {12, 13}) {  // pressures, and of the trachea, where there are two
-    std::vector<double> numbers(16, 0.0);
-    for (const double count : {3.0, -1.0}) {
-      numbers[place] = count;
-      CHECK_THROWS_AS(AirColumn::Memory::of(numbers), InvalidInput);
-    }
-    numbers[place] = 2;
-    CHECK(AirColumn::Memory::of(numbers).numbers() == numbers);
-  }
+  std::vector<double> numbers(14, 0.0);
+  numbers[12] = 3;  // of the trachea, where there is one
+  CHECK_THROWS_AS(AirColumn::Memory::of(numbers), InvalidInput);
   const Airflow airflow = rising(1e-3);
   AirColumn column(airflow, 1e-4);
   const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
