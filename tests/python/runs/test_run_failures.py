@@ -52,10 +52,15 @@ def test_a_state_from_before_the_airflow_had_its_share_is_refused(phonating: pli
         simulation.restore(state)
 
 
+MEANS = plica.Contact(multipliers=plica.Multipliers(), faces="mortar")
+"""No nodes to hold apart from those they face where passes fail."""
+
+
 def failing(scene: plica.Scene, case: str) -> plica.Scene:
-    """The larynx where it folds over itself, and contact finds no solution later."""
+    """The larynx where it folds over itself, and contact of means finds no solution later."""
     fields = dict(scene)
-    if case == "20 kPa":
+    fields["contact"] = MEANS
+    if case.startswith("20 kPa"):
         fields["airflow"] = plica.Airflow(subglottal_pressure="20 kPa")
     if case == "ten times softer":
         fields["initial"] = plica.Initial(opening_velocity=-2.0)
@@ -66,8 +71,7 @@ def failing(scene: plica.Scene, case: str) -> plica.Scene:
             )
             for layer, tissue in scene.tissue.items()
         }
-    if case == "quadratic, 1e-9 m apart":
-        fields["initial"] = plica.Initial(opening_velocity=-2.0, opening_displacement=-0.25e-3 + 0.5e-9)
+    if case == "20 kPa, quadratic":
         fields["mesh"] = scene.mesh.replace({"order": 2})
     return plica.Scene(**fields)
 
@@ -100,7 +104,7 @@ def test_advance_raises_at_once_and_hands_over_the_steps_before(phonating: plica
 
 @pytest.mark.parametrize(
     "case",
-    ["20 kPa", "ten times softer", pytest.param("quadratic, 1e-9 m apart", marks=pytest.mark.slow)],
+    ["20 kPa", "ten times softer", pytest.param("20 kPa, quadratic", marks=pytest.mark.slow)],
 )
 def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
     phonating: plica.Scene, case: str
@@ -163,7 +167,9 @@ def test_a_failure_leads_to_what_is_implausible_in_the_scene_before_the_step(
     phonating: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str], pressure: str, there: bool
 ) -> None:
     """In the first step, before anything is stored, and later."""
-    scene = phonating.replace({"airflow.subglottal_pressure": pressure, "time.duration": "10 ms"})
+    scene = phonating.replace(
+        {"airflow.subglottal_pressure": pressure, "time.duration": "10 ms", "contact": MEANS}
+    )
     scene.save(tmp_path / "scene.toml")
     assert main(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "run"), "--quiet"]) == 1
     *_, last = capsys.readouterr().err.splitlines()
@@ -175,7 +181,7 @@ def test_a_failure_leads_to_what_is_implausible_in_the_scene_before_the_step(
 def test_a_scene_that_was_in_the_directory_outlives_a_first_step_that_fails(
     phonating: plica.Scene, tmp_path: Path
 ) -> None:
-    scene = phonating.replace({"airflow.subglottal_pressure": "1e9 Pa"})
+    scene = phonating.replace({"airflow.subglottal_pressure": "1e9 Pa", "contact": MEANS})
     scene.save(tmp_path / "scene.toml")
     with pytest.raises(plica.SolveFailed, match=r"Step 1 "):
         plica.run(scene, tmp_path, progress=False, resume=True)
