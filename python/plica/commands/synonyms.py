@@ -8,6 +8,7 @@ __all__ = ["NOT_MODELLED", "SYNONYMS", "names_for", "not_modelled"]
 
 _STIFFNESS = ("tissue.NAME.E", "tissue.NAME.E_fibre", "tissue.NAME.mu_fibre", "tissue.NAME.mu_transverse")
 _PRESSURE = ("airflow.subglottal_pressure",)
+_MUSCLES = ("posture.muscles", "posture.elongation", "posture.active_stress")
 _SOUND = ("sound_pressure_level", "glottal_efficiency", "sound_h1_h2", "sound_cepstral_peak_prominence")
 
 SYNONYMS: dict[str, tuple[str, ...]] = {
@@ -77,14 +78,23 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "subglottal tract": ("trachea",),
     "lungs": (*_PRESSURE, "trachea.supply"),
     "supraglottal pressure": ("supraglottal_pressure", "tract"),
+    "posturing": ("posture.elongation", "posture.muscles"),
+    "stretch": ("posture.elongation", "tissue.NAME.stiffening"),
+    **dict.fromkeys(("muscle", "muscle activation", "activation"), _MUSCLES),
+    "ct": ("posture.muscles.cricothyroid",),
+    "ta": ("posture.muscles.thyroarytenoid", "posture.active_stress"),
+    **dict.fromkeys(("lca", "lateral cricoarytenoid"), ("posture.muscles.lateral_cricoarytenoid",)),
+    **dict.fromkeys(
+        ("large strain", "nonlinear", "hyperelastic", "geometric nonlinearity"), ("strain", "nonlinear_loss")
+    ),
     **dict.fromkeys(("radiation", "lip radiation"), ("radiated_energy", "lip_flow", "tract.end")),
 }
 """Common name, in lower case, to the names that ``plica keys`` takes, best match first."""
 
 
-_POSTURE = (
-    "without muscles and the posture that they give, the shape at rest and the tissue are given",
-    ("mesh.options.sections", "mesh.options.major", "tissue.NAME.E", "tissue.NAME.E_fibre"),
+_ADDUCTION = (
+    "arytenoids do not turn and muscles do not move in a run: the gap and the length of the folds are given",
+    ("mesh.folds.gap", "mesh.folds.medial_angle", "posture.elongation"),
 )
 _JET = (
     "the air is one-dimensional: there is no turbulence, no vortex, and no resolved jet",
@@ -105,26 +115,13 @@ NOT_MODELLED: dict[str, tuple[str, tuple[str, ...]]] = {
             "medialization",
             "thyroplasty",
             "abduction",
-            "posture",
-            "posturing",
-            "elongation",
-            "cricothyroid",
-            "thyroarytenoid",
-            "lateral cricoarytenoid",
             "arytenoid",
             "arytenoids",
-            "muscle",
-            "muscles",
-            "muscle activation",
-            "activation",
-            "ct",
-            "ta",
-            "lca",
             "pca",
             "ia",
             "strap muscles",
         ),
-        _POSTURE,
+        _ADDUCTION,
     ),
     **dict.fromkeys(("turbulence", "vortex", "vortices", "jet", "jet noise", "navier stokes", "cfd"), _JET),
     **dict.fromkeys(("mucus", "adhesion", "liquid layer", "surface liquid", "hydration"), _SURFACE),
