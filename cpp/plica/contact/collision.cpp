@@ -92,12 +92,11 @@ Collision::Collision(Airway airway, const Points& reference, std::unique_ptr<Con
   kind_ = method_->kind(detector_, faces);
 }
 
-void Collision::hold_facing(const Points& reference, bool images, std::function<bool(const Points&)> folded) {
+void Collision::hold_facing(const Points& reference, bool images) {
   if (!method_->exact() || !at_nodes_ || friction_) return;
   facing_.emplace(detector_, reference);
   if (facing_->empty()) facing_.reset();
   facing_are_images_ = images && facing_;
-  folded_ = std::move(folded);
 }
 
 std::vector<Constraint> Collision::constraints_at(const Search& search, const Points& x) {
@@ -218,8 +217,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     search.shifted = path_->shifted();
     try {
       Outcome found = search_on(search, std::min(few, options_.max_passes), x);
-      if (found.contacts && found.contacts->converged && !passed_through(x, before.x))
-        return std::move(*found.contacts);
+      if (found.contacts && found.contacts->converged && !passed_through(x)) return std::move(*found.contacts);
     } catch (const SolveFailed&) {  // of forces in the wrong place: from the start they are others
     }
     known.passes = search.last.passes;
@@ -240,14 +238,14 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     }
   };
   Outcome outcome = searched();
-  if (outcome.contacts && !passed_through(x, before.x)) return std::move(*outcome.contacts);
+  if (outcome.contacts && !passed_through(x)) return std::move(*outcome.contacts);
   if (!facing_) throw SolveFailed(outcome.failure);
   return held_facing(search, search.last.passes, search.last.pivots, outcome.failure, x);
 }
 
-bool Collision::passed_through(const Points& x, const Points& x_before) const {
-  return facing_ && facing_->passed_through(x, acceptable * tolerance()) &&
-         (facing_are_images_ || folded_(x_before));
+bool Collision::passed_through(const Points& x) const {
+  // Others settle where nodes that face each other at rest have slid apart, rightly so.
+  return facing_are_images_ && facing_->passed_through(x, acceptable * tolerance());
 }
 
 Contacts Collision::held_facing(const Search& search, int passes, int pivots, const std::string& failure,

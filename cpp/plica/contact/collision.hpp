@@ -1,5 +1,4 @@
 #pragma once
-#include <functional>
 #include <optional>
 
 #include "plica/contact/contacts.hpp"
@@ -42,13 +41,12 @@ class Collision {
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
   /// From now on nodes are held apart from those they face at rest (FacingNodes) in a step whose passes fail, as
-  /// where tissue folds and nothing tells what faces what: with SolveFailed, or with one surface behind the other.
-  /// `images`: these are each other's mirror image at all times, so that passes also fail where many do not
-  /// settle. Of others `folded` says whether tissue is folded where a step begins, positions (n, 3) m: they are
-  /// asked whether one has passed through the other only there. Nothing where no nodes face each other, with
+  /// where tissue folds and nothing tells what faces what. `images`: the surfaces are each other's mirror image at
+  /// all times, so that passes also fail where many do not settle, or settle with one surface behind the other.
+  /// Nothing where no nodes face each other, with
   /// friction, with means over faces and with methods that are not exact. Steps then know the positions of all
   /// nodes of the surfaces.
-  void hold_facing(const Points& reference, bool images, std::function<bool(const Points&)> folded);
+  void hold_facing(const Points& reference, bool images);
   /// Nodes that are held so; null where there are none.
   const FacingNodes* facing() const { return facing_ ? &*facing_ : nullptr; }
   /// Seconds spent on finding constraints, since construction.
@@ -102,7 +100,7 @@ class Collision {
   /// Passes from where the search stands and x is, at most so many.
   Outcome search_on(Search& search, int max_passes, Points& x);
   /// Whether one surface has passed through the other at x, by more than an unconverged step may leave.
-  bool passed_through(const Points& x, const Points& x_before) const;
+  bool passed_through(const Points& x) const;
   /// The contacts of facing nodes after so many passes and pivots. Throws SolveFailed with the failure of the
   /// search where there are none.
   Contacts held_facing(const Search& search, int passes, int pivots, const std::string& failure, Points& x);
@@ -128,7 +126,6 @@ class Collision {
   std::unique_ptr<ContactPath> path_;
   std::optional<FacingNodes> facing_;
   bool facing_are_images_ = false;
-  std::function<bool(const Points&)> folded_;
 };
 
 }  // namespace plica

@@ -39,9 +39,7 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   }
   collision_.emplace(part.airway, motion.reference(), std::move(method), part.friction, part.options,
                      std::move(path), part.faces);
-  collision_->hold_facing(motion.reference(), motion.images() != nullptr, [&scene](const Points& x) {
-    return first_folded_cell(x, scene.mesh.cells).has_value();
-  });
+  collision_->hold_facing(motion.reference(), motion.images() != nullptr);
   overlap_.emplace(scene.mesh.cells, collision_->detector(), motion.reference());
 }
 

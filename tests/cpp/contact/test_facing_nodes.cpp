@@ -49,8 +49,6 @@ struct Springs {
 
 const std::vector<std::int32_t> nothing_closed;
 
-const auto not_folded = [](const Points&) { return false; };
-
 /// Bent towards each other so that passes between the surfaces need several.
 Points bent_springs(const Springs& springs) { return springs.at({0, 0, 0.4, 0, -0.3, -0.3, -0.7, -0.3}); }
 
@@ -116,7 +114,7 @@ TEST_CASE("where passes fail facing nodes are held: each pair of springs meets h
                        SolveFailed);
 
   Collision held = springs.collision(1);
-  held.hold_facing(springs.reference, false, not_folded);
+  held.hold_facing(springs.reference, false);
   const Contacts contacts = held.solve(x_free, 1.0, before, {}, x);
   CHECK(contacts.facing);
   CHECK(contacts.converged);
@@ -161,37 +159,30 @@ class BlindMethod final : public ContactMethod {
   };
 };
 
-TEST_CASE("passes that lead one surface through the other have failed, of mirror images and of folded tissue") {
+TEST_CASE("passes that lead one surface through the other have failed, of mirror images") {
   const Springs springs;
   const Points through = springs.at({0, 0.2, 0, 0, 1, -0.1, 1, 1});
   const BeforeContact before{springs.reference, nothing_closed, {}, 0.0};
-  for (const bool images : {false, true})
-    for (const bool folded : {false, true}) {
-      CAPTURE(images);
-      CAPTURE(folded);
-      Collision collision(springs.airway, springs.reference, std::make_unique<BlindMethod>(), {}, {},
-                          condensed_path(*springs.solver, springs.supports, Indices::LinSpaced(8, 0, 7)));
-      const Points* began = nullptr;
-      collision.hold_facing(springs.reference, images, [&](const Points& x) {
-        began = &x;
-        return folded;
-      });
-      Points x;
-      const Contacts contacts = collision.solve(through, 1.0, before, {}, x);
-      CHECK(contacts.facing == (images || folded));
-      CHECK(began == (images ? nullptr : &springs.reference));
-      if (!contacts.facing) continue;
-      CHECK(x(1, 2) == approx(0.05));
-      CHECK(x(5, 2) == approx(0.05));
-      CHECK(contacts.force.size() == 1);
-      CHECK(contacts.force[0] == approx(0.15));
-    }
+  for (const bool images : {false, true}) {
+    CAPTURE(images);
+    Collision collision(springs.airway, springs.reference, std::make_unique<BlindMethod>(), {}, {},
+                        condensed_path(*springs.solver, springs.supports, Indices::LinSpaced(8, 0, 7)));
+    collision.hold_facing(springs.reference, images);
+    Points x;
+    const Contacts contacts = collision.solve(through, 1.0, before, {}, x);
+    CHECK(contacts.facing == images);
+    if (!contacts.facing) continue;
+    CHECK(x(1, 2) == approx(0.05));
+    CHECK(x(5, 2) == approx(0.05));
+    CHECK(contacts.force.size() == 1);
+    CHECK(contacts.force[0] == approx(0.15));
+  }
 }
 
 TEST_CASE("nodes that begin behind each other are held as deep, and may part") {
   const Springs springs;
   Collision collision = springs.collision(1);
-  collision.hold_facing(springs.reference, true, not_folded);
+  collision.hold_facing(springs.reference, true);
   const Points behind = springs.at({0, 0.2, 0, 0, 1, -0.1, 1, 1}),
                deeper = springs.at({0, 0.3, 0, 0, 1, -0.2, 1, 1}),
                parting = springs.at({0, 0.1, 0, 0, 1, -0.05, 1, 1});
@@ -209,7 +200,7 @@ TEST_CASE("where passes settle facing nodes are not asked") {
   const BeforeContact before{springs.reference, nothing_closed, {}, 0.0};
   Points x, x_held;
   Collision usual = springs.collision(200), held = springs.collision(200);
-  held.hold_facing(springs.reference, false, not_folded);
+  held.hold_facing(springs.reference, false);
   const Contacts one = usual.solve(bent_springs(springs), 1.0, before, {}, x),
                  other = held.solve(bent_springs(springs), 1.0, before, {}, x_held);
   CHECK_FALSE(other.facing);
@@ -221,7 +212,7 @@ TEST_CASE("methods that are not exact, and friction, have no facing nodes") {
   const Springs springs;
   Collision penalty = springs.collision(1, Penalty{}), rough = springs.collision(1, Multipliers{}, Friction{0.3});
   for (Collision* collision : {&penalty, &rough}) {
-    collision->hold_facing(springs.reference, false, not_folded);
+    collision->hold_facing(springs.reference, false);
     CHECK(collision->facing() == nullptr);
   }
 }
