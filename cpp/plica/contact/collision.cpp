@@ -245,7 +245,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
 
 bool Collision::passed_through(const Points& x) const {
   // Others settle where nodes that face each other at rest have slid apart, rightly so.
-  return facing_are_images_ && facing_->passed_through(x, acceptable * tolerance());
+  return facing_are_images_ && facing_->deepest(x) < -acceptable * tolerance();
 }
 
 Contacts Collision::held_facing(const Search& search, int passes, int pivots, const std::string& failure,

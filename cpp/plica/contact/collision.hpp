@@ -43,9 +43,8 @@ class Collision {
   /// From now on nodes are held apart from those they face at rest (FacingNodes) in a step whose passes fail, as
   /// where tissue folds and nothing tells what faces what. `images`: the surfaces are each other's mirror image at
   /// all times, so that passes also fail where many do not settle, or settle with one surface behind the other.
-  /// Nothing where no nodes face each other, with
-  /// friction, with means over faces and with methods that are not exact. Steps then know the positions of all
-  /// nodes of the surfaces.
+  /// Nothing where no nodes face each other, with friction, with means over faces and with methods that are not
+  /// exact. Steps then know the positions of all nodes of the surfaces.
   void hold_facing(const Points& reference, bool images);
   /// Nodes that are held so; null where there are none.
   const FacingNodes* facing() const { return facing_ ? &*facing_ : nullptr; }

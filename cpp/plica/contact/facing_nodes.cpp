@@ -42,16 +42,6 @@ std::vector<std::int32_t> FacingNodes::closer(const Points& x, const Points& x_b
   return found;
 }
 
-bool FacingNodes::passed_through(const Points& x, double least) const {
-  constexpr double steepest = 2;  // -, x along d over what lies across
-  for (std::size_t k = 0; k < slaves_.size(); ++k) {
-    const Vector3 apart = x.row(slaves_[k]) - x.row(masters_[k]);
-    const double along = direction_.dot(apart);
-    if (along < -least && along < -least - steepest * (apart - along * direction_).norm()) return true;
-  }
-  return false;
-}
-
 double FacingNodes::deepest(const Points& x) const {
   double least = 0;
   for (std::size_t k = 0; k < slaves_.size(); ++k) least = std::min(least, gap(k, x));

@@ -20,9 +20,6 @@ class FacingNodes {
   Constraint at(std::int32_t slave, const Points& x_before) const;
   /// The slaves whose gap, of a step that begins at x_before, is below -least (m) at x, ascending.
   std::vector<std::int32_t> closer(const Points& x, const Points& x_before, double least) const;
-  /// Whether at x a pair is behind each other by more than `least` (m) and twice what it has slid since it was at
-  /// rest: surfaces inclined to d by up to 63 degrees are so only where one has passed through the other.
-  bool passed_through(const Points& x, double least) const;
   /// m, <= 0: the least gap of all.
   double deepest(const Points& x) const;
 

@@ -11,6 +11,17 @@
 
 namespace plica {
 
+namespace {
+
+/// Whether the surfaces are each other's image in the plane x = 0, and not each its own.
+bool are_images(const Detector& detector, const MirrorImages& images) {
+  const std::vector<std::int32_t>& nodes = detector.first().nodes();
+  return std::all_of(nodes.begin(), nodes.end(),
+                     [&](std::int32_t node) { return detector.second().contains(images.partner(0, node)); });
+}
+
+}  // namespace
+
 SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(scene), motion_(motion) {
   const ContactPart& part = *scene.contact;
   std::unique_ptr<ContactMethod> method = contact_method(part.enforcement);
@@ -39,7 +50,8 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   }
   collision_.emplace(part.airway, motion.reference(), std::move(method), part.friction, part.options,
                      std::move(path), part.faces);
-  collision_->hold_facing(motion.reference(), motion.images() != nullptr);
+  collision_->hold_facing(motion.reference(),
+                          motion.images() && are_images(collision_->detector(), *motion.images()));
   overlap_.emplace(scene.mesh.cells, collision_->detector(), motion.reference());
 }
 

@@ -78,20 +78,6 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a pair has passed through where it is further behind than twice its slide") {
-  const Springs springs;
-  const FacingNodes facing(Detector(springs.airway, springs.reference), springs.reference);
-  CHECK_FALSE(facing.passed_through(springs.reference, 0.0));
-  Points x = springs.at({0, 0.2, 0, 0, 1, -0.1, 1, 1});  // 0.3 behind
-  CHECK(facing.passed_through(x, 0.29));
-  CHECK_FALSE(facing.passed_through(x, 0.31));
-  x(1, 0) += 0.1;  // slid by 0.1
-  CHECK(facing.passed_through(x, 0.09));
-  CHECK_FALSE(facing.passed_through(x, 0.11));
-  x(5, 0) += 0.1;  // both
-  CHECK(facing.passed_through(x, 0.29));
-}
-
 TEST_CASE("an airway that is not matched, or is cut anew, has no facing nodes") {
   Springs springs;
   springs.airway.facing.setZero();
