@@ -24,9 +24,9 @@ __all__ = ["add_commands", "is_analysis", "redraw", "remeasure"]
 
 _VIDEO_HELP = """\
 Analyses a high-speed recording of the larynx: the endoscope's motion and the glottis, then the motion of the
-tissue from frame to frame, its modes, and the reliability of each. Reads AVI, MP4, MOV, MKV, a TIFF stack, a
-folder of images, HDF5, NPY, DICOM (pip install "plica[dicom]"), and camera formats: Phantom .cine
-(pip install "plica[cine]"), Photron .mraw with its .cih or .cihx. Stores in DIR:
+tissue from frame to frame, its modes, and the reliability of each. Reads a folder of images, HDF5, NPY; AVI,
+MP4, MOV, MKV and a TIFF stack (pip install "plica[video]"), DICOM (pip install "plica[dicom]"), and camera
+formats: Phantom .cine (pip install "plica[cine]"), Photron .mraw with its .cih or .cihx. Stores in DIR:
 
   results.h5     masks, flow, modes, paths, strain and waves at the voice's frequency, trust (HDF5)
   flow.h5        the motion from each frame to the next, and back
