@@ -261,6 +261,7 @@ def test_without_its_reader_it_is_said_what_to_install(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = cine(tmp_path / "x.cine", F)
-    monkeypatch.setitem(sys.modules, "pycine", None)
+    for name in {"pycine", *(name for name in sys.modules if name.startswith("pycine."))}:
+        monkeypatch.setitem(sys.modules, name, None)
     said = refused(["glottis", str(path), "-o", str(tmp_path / "out")], capsys)
     assert "x.cine needs pycine-lite, which is not installed; must be: pip install 'plica[cine]'" in said
