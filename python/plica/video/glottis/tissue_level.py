@@ -162,36 +162,39 @@ def _beside_folds(still: Mask, moving: Mask, often: Floats, turns: Floats) -> Ma
     turns : (h, w)
         How many times a cycle it comes to be so.
     """
-    from scipy import ndimage
-
-    found = np.zeros(still.shape, dtype=bool)
     y, x = np.nonzero(moving)
     if x.size < 3 or not still.any():
-        return found
+        return np.zeros(still.shape, dtype=bool)
     along = np.linalg.eigh(np.cov(np.stack([x, y])))[1][:, 1]
-    steep = abs(along[1]) >= abs(along[0])  # its rows across are then the picture's rows
-    still, moving, often, turns = (part if steep else part.T for part in (still, moving, often, turns))
-    beside, longer, cyclic = np.zeros((3, 2, *still.shape))  # on either side
+    if abs(along[1]) >= abs(along[0]):  # its rows across are the picture's rows
+        return _beside_folds_in_rows(still, moving, often, turns)
+    return _beside_folds_in_rows(still.T, moving.T, often.T, turns.T).T
+
+
+def _beside_folds_in_rows(still: Mask, moving: Mask, often: Floats, turns: Floats) -> Mask:
+    from scipy import ndimage
+
+    places = np.arange(still.shape[1])
+    beside, longer, cyclic = np.zeros((3, 2, *still.shape))  # left and right of each run of what is still
     for row in np.flatnonzero(still.any(axis=1)):
         runs, count = ndimage.label(still[row])
         for run in range(1, count + 1):
             columns = np.flatnonzero(runs == run)
-            for side, away in enumerate((slice(None, columns[0]), slice(columns[-1] + 1, None))):
-                turned = slice(None, None, -1 if side == 0 else 1)
-                pixels = _leading(moving[row, away][turned])
+            for side, away in enumerate((places[: columns[0]][::-1], places[columns[-1] + 1 :])):
+                pixels = _leading(moving[row, away])
+                if not pixels:
+                    continue
                 beside[side, row, columns] = pixels
-                longer[side, row, columns] = _fall(often[row, away][turned][:pixels])
-                cyclic[side, row, columns] = (
-                    turns[row, away][turned][: min(pixels, _NEAREST)].mean() if pixels else 0
-                )
+                longer[side, row, columns] = _fall(often[row, away][:pixels])
+                cyclic[side, row, columns] = turns[row, away][: min(pixels, _NEAREST)].mean()
     weight = np.maximum(_over_rows(still.astype(float)), 1e-9)
-    mean, nearer, often_dark = (
+    count_of, longer, cyclic = (
         np.stack([_over_rows(side) / weight for side in part]) for part in (beside, longer, cyclic)
     )
-    less, more = mean.min(axis=0), mean.max(axis=0)
-    gap_beside = ((mean >= 2.0) & (mean == more) & (nearer > _LONGER) & (often_dark > _MOST)).any(axis=0)
-    inside = still & ((less >= np.maximum(1.0, _BESIDE * more)) | gap_beside)
-    return np.asarray(inside if steep else inside.T)
+    less, more = count_of.min(axis=0), count_of.max(axis=0)
+    on_both = less >= np.maximum(1.0, _BESIDE * more)
+    on_one = (count_of == more) & (count_of >= 2.0) & (longer > _LONGER) & (cyclic > _MOST)
+    return np.asarray(still & (on_both | on_one.any(axis=0)))
 
 
 def _over_rows(values: Floats) -> Floats:
