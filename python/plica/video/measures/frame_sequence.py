@@ -103,9 +103,9 @@ class FrameSequence:
         if self.irregular < _IRREGULAR or self.irregular * self.period < _UNSURE or self.doubts():
             return ""
         return (
-            f"the cycles' lengths scatter by {100 * self.irregular:.2g} %: an irregular voice, or frames "
-            "that are missing or there twice, which shift the frequency by their share. Only the camera's "
-            "own file can tell"
+            f"the cycles' lengths scatter by {100 * self.irregular:.2g} %, in which frames that a camera "
+            "drops, and which shift the frequency by their share, would not show. Its own file tells whether "
+            "it has all"
         )
 
 
