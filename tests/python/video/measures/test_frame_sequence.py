@@ -62,7 +62,7 @@ def test_cycles_too_irregular_to_show_lost_frames_are_a_caution_of_the_frequency
     found = frame_sequence(widths, scattered)
     assert found.irregular == pytest.approx(np.sqrt(np.mean(np.diff(scattered, 2) ** 2) / 2) / 7.25, rel=0.02)
     assert not found.doubts()
-    assert re.search(r"scatter by \d+(\.\d)? %: an irregular voice, or frames", found.caution())
+    assert re.search(r"scatter by \d+(\.\d)? %, in which frames that a camera drops", found.caution())
     glide = np.cumsum(np.linspace(7, 9, 40))
     assert frame_sequence(widths, glide).caution() == ""
     slow = 80 * np.arange(40) + 0.2 * np.random.default_rng(3).standard_normal(40)
