@@ -41,7 +41,6 @@ _CYCLES = 4  # fewer say nothing
 _CERTAIN, _LIKELY = 0.005, 0.1  # p that speaks alone, and with a frame that the motion shows
 _LEAST = 0.4  # px, root mean square over the widths: less motion shows nothing
 _SHOWN = 6  # frames that are named
-_SHIFTED = ("fundamental_frequency", "period")
 _IRREGULAR, _UNSURE = 0.02, 0.3  # of a period, and frames: less does not hide lost frames
 
 
@@ -102,11 +101,14 @@ class FrameSequence:
         return found
 
     def doubted(self, found: list[Measure]) -> list[Measure]:
-        """The measures; where frames are lost, the frequency and the period without an interval, since how
-        many more there are is not known, and all of them shift it to one side."""
+        """The measures; where frames are lost, those of the cycles' lengths (frequency, jitter) without an
+        interval, since how many more there are is not known, and all of them shift it to one side."""
         if not self.doubts():
             return found
-        return [replace(item, replicates=None) if item.name in _SHIFTED else item for item in found]
+        return [
+            replace(item, replicates=None) if item.quantity.recorded_from == "marks" else item
+            for item in found
+        ]
 
     def caution(self) -> str:
         """Of the frequency of cycles so irregular that lost frames among them would not show; empty where
