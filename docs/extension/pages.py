@@ -20,6 +20,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         "plica.sweep",
         "plica.uncertainty",
         "plica.films",
+        "plica.viewer",
         "plica.camera",
     ),
     "Modes and onset": ("plica.stability",),
