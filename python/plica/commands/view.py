@@ -17,9 +17,10 @@ coloured by contact pressure, speed or strain, with waveforms whose cursor is th
 every browser with WebGL opens, without a network: DIR/view.html, which the report links to when it is written
 again, or the file of -o.
 
-The page has the stored fields (output.every in the scene) of the last steady period, or of a run without one,
-all of them; with --from or --to those of that time. At most 60 are shown, evenly chosen, and fewer where the
-page would be larger than 4 MB; --phases sets another number, whatever the size. docs/view.md describes it.
+The page has the stored fields (output.every in the scene) of the last steady period with two or more of them;
+of a run without such a period all of them, with --from or --to those of that time. At most 60 are shown,
+evenly chosen, and fewer where the page would be larger than 4 MB; --phases sets another number, whatever the
+size. docs/view.md describes it.
 
 examples:
   plica view runs/first

@@ -36,8 +36,8 @@ def write_view(run: RunData, path: str | Path, *, phases: int | None = None, ove
     Parameters
     ----------
     run : Run or RunPart
-        With fields (``output.every``). Of a run its last steady period is shown, of a part (`Run.between`)
-        all of it, as of a run without a period.
+        With fields (``output.every``). Of a run its last steady period with two or more of them is shown, of
+        a part (`Run.between`) all of it, as of a run without such a period.
     path : str or Path
         Ends in .html; the file appears complete or not at all.
     phases : int, optional
@@ -111,7 +111,7 @@ def _remark(run: RunData, phases: Phases) -> str:
     if phases.cycle is None:
         return f"{count}{of} stored fields, from {first} to {last} ms."
     begin, end = (f"{1e3 * t:.5g}" for t in phases.cycle)
-    return f"The last steady period, from {begin} to {end} ms, in {count}{of} stored fields."
+    return f"A steady period, from {begin} to {end} ms, in {count}{of} stored fields."
 
 
 def _banner(run: RunData) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -44,26 +45,27 @@ class Phases:
 
 
 def phases_of(run: RunData) -> Phases:
-    """The fields of the last steady period of a run; of a part of one, or without a period, all of them.
+    """The fields of the last steady period of a run of which two or more are stored; of a part of a run, or
+    without such a period, all of them.
 
     Raises
     ------
     InvalidInput
-        If fewer than two are stored there.
+        If fewer than two are stored.
     """
     if "displacement" not in run.fields:
         raise InvalidInput(
             "View: stored fields = 0; must be >= 2. Set output.every in the scene and run again."
         )
     time = np.asarray(run.fields["time"], dtype=float)
-    frames, cycle, where = np.arange(time.size), None, ""
-    if run.whole is run and run.cycles.count:
-        start, end = (float(t) for t in run.cycles.starts[-2:])
-        frames, cycle = np.flatnonzero((time >= start) & (time < end)), (start, end)
-        where = f" in the last period, from {1e3 * start:.4g} to {1e3 * end:.4g} ms,"
-    if frames.size < least_phases:
+    if time.size < least_phases:
         raise InvalidInput(
-            f"View: stored fields{where} = {frames.size}; must be >= {least_phases}. Take a longer part "
-            "(--from, --to), or run again with a smaller output.every."
+            f"View: stored fields = {time.size}; must be >= {least_phases}. Show a longer part, or run "
+            "again with a smaller output.every."
         )
-    return Phases([int(k) for k in frames], time[frames], cycle, int(frames.size))
+    starts = [float(t) for t in run.cycles.starts] if run.whole is run and run.cycles.count else []
+    for start, end in reversed([*pairwise(starts)]):
+        frames = np.flatnonzero((time >= start) & (time < end))
+        if frames.size >= least_phases:
+            return Phases([int(k) for k in frames], time[frames], (start, end), int(frames.size))
+    return Phases([*range(time.size)], time, None, int(time.size))

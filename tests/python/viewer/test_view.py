@@ -143,6 +143,20 @@ def test_the_last_period_is_shown_and_a_part_whole() -> None:
     np.testing.assert_array_equal(run.fields["time"][shown.frames], shown.time)
 
 
+def test_a_period_without_fields_is_no_period_to_show() -> None:
+    run = Phonation(frequency=200.0, frame_every=2).run()
+    first, second = run.cycles.starts[-3:-1]
+
+    def kept(wanted: Any) -> Any:
+        return replace(run, fields={name: values[wanted] for name, values in run.fields.items()})
+
+    time = run.fields["time"]
+    assert phases_of(kept(time < second)).cycle == (first, second)
+    late = phases_of(kept(time >= run.cycles.starts[-1]))
+    assert late.cycle is None
+    assert len(late.frames) == int((time >= run.cycles.starts[-1]).sum()) > 2
+
+
 def test_thinned_phases_are_even_and_keep_the_ends() -> None:
     shown = phases_of(Phonation(frequency=200.0, frame_every=2).run())
     fewer = shown.thinned(8)

@@ -36,8 +36,8 @@ def opened(page: Path, folder: Path, *, webgl: bool = True) -> Browser:
 
 def as_run(given: Any) -> Any:
     """What was moved, as a run without waveforms."""
-    none = {"waveforms": {}, "section_height": np.empty(0)}
-    return replace(Phonation(impulse=0.0).run(), mesh=given.mesh, fields=given.fields, **none)
+    run = Phonation(impulse=0.0).run()
+    return replace(run, mesh=given.mesh, fields=given.fields, waveforms={}, section_height=np.empty(0))
 
 
 @pytest.fixture(scope="module")
