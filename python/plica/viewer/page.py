@@ -27,6 +27,7 @@ __all__ = ["largest_page", "most_phases", "write_view"]
 
 most_phases = 60
 largest_page = 4_000_000  # bytes
+_RIGHT = 2  # of the sides of cells
 _FLAT = {3: ((0, 1, 2),), 6: ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))}  # of a face with nodes 12, 23, 31
 
 
@@ -127,6 +128,9 @@ def _data(run: RunData, phases: Phases) -> dict[str, Any]:
     mesh = run.mesh
     points = np.asarray(mesh.points, dtype=float)
     faces = skin(points, np.asarray(mesh.cells))
+    sides = toward_right(points, np.asarray(mesh.cells), np.asarray(getattr(mesh, "cell_side", ())))
+    on_right = _on_right(faces, run) if sides else np.zeros(len(faces), dtype=bool)
+    faces = np.concatenate((faces[~on_right], faces[on_right]))
     nodes, local = np.unique(faces, return_inverse=True)
     triangles = local.reshape(faces.shape)[:, _FLAT[faces.shape[1]]].reshape(-1, 3)
     motion, level = packed_motion(1e3 * displacements(run, phases.frames)[:, nodes])
@@ -135,13 +139,13 @@ def _data(run: RunData, phases: Phases) -> dict[str, Any]:
         levels, largest = packed_levels(quantity.values)
         described = {"name": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning}
         coloured.append(described | {"levels": levels, "largest": largest})
-    sides = toward_right(points, np.asarray(mesh.cells), np.asarray(getattr(mesh, "cell_side", ())))
     return {
         "time": [round(1e3 * float(t), 6) for t in phases.time],
         "cycle": None if phases.cycle is None else [1e3 * t for t in phases.cycle],
         "nodes": int(nodes.size),
         "points": packed((1e3 * points[nodes]).astype(np.float32)),
         "triangles": packed(triangles.astype(np.uint32)),
+        "left": int((~on_right).sum()) * len(_FLAT[faces.shape[1]]),
         "motion": motion,
         "level": level,
         "quantities": coloured,
@@ -150,6 +154,14 @@ def _data(run: RunData, phases: Phases) -> dict[str, Any]:
         "canal": _canal(run),
         "waves": waves(run, phases),
     }
+
+
+def _on_right(faces: NDArray[np.int64], run: RunData) -> NDArray[np.bool_]:
+    """Which faces (f, 3 or 6) are of the right fold: all their corners are in its cells."""
+    cells, side = np.asarray(run.mesh.cells), np.asarray(getattr(run.mesh, "cell_side", ()))
+    right = np.zeros(len(run.mesh.points), dtype=bool)
+    right[cells[side == _RIGHT, :4]] = True
+    return np.asarray(right[faces[:, :3]].all(axis=1))
 
 
 def _colours() -> list[int]:

@@ -74,7 +74,7 @@ class Curve {
       scales: { x: { time: false } },
       series: [{}, { stroke: "#3b82c4", width: 1.5, points: { show: false } }],
       axes: [{ ...axis, size: last ? 44 : 8, label: last ? "time (ms)" : undefined, labelSize: 18,
-        values: (plot, places) => places.map(place => last ? said(place) : "") },
+        values: (plot, places) => places.map(place => last ? String(+place.toFixed(4)) : "") },
         { ...axis, size: 70, label: unit, labelSize: 20 }],
       hooks: { draw: [plot => this.line(plot)] },
     }, [page.waves.time, values], figure);
@@ -230,6 +230,13 @@ class Larynx {
     this.colour();
   }
 
+  /** Both folds, or one; the triangles of the left come first. */
+  only(fold) {
+    const left = 3 * page.left;
+    this.geometry.setDrawRange(fold === "right" ? left : 0, fold === "left" ? left : Infinity);
+    this.draw();
+  }
+
   colour() {
     const colour = this.geometry.attributes.color, { array } = colour, first = phase * page.nodes;
     const levels = this.levels[chosen];
@@ -284,6 +291,7 @@ function addQuantities() {
   for (let k = 0; k < page.colours.length; k += 3) stops.push(`rgb(${page.colours.slice(k, k + 3)})`);
   by("colours").style.background = `linear-gradient(to right, ${stops})`;
   choose(0);
+  by("folds")?.addEventListener("change", event => larynx.only(event.target.value));
 }
 
 /** The rows of the planes that cut; what is on the far side of the place is cut away, or flipped, on the near one. */

@@ -140,6 +140,7 @@ PYTHON = {
     "docs/sound.md": ("sound/test_docs.py",),
     "docs/sweeps.md": ("sweep/test_docs.py",),
     "docs/uncertainty.md": ("here",),
+    "docs/view.md": ("viewer/test_view.py",),
 }
 """Which tests run the Python blocks of each page."""
 

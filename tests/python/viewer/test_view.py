@@ -26,6 +26,7 @@ from plica.viewer import page as pages
 from plica.viewer.fields import quantities
 from plica.viewer.phases import phases_of
 from stored_files import rewrite_row
+from typed_commands import python_blocks
 
 VENDOR = Path(pages.__file__).parent / "vendor"
 
@@ -250,6 +251,26 @@ def test_a_run_s_page_lies_beside_its_report_which_links_to_it(
     assert main(["report", directory]) == 0
     assert '<a href="view.html">' in (voice.directory / "report.html").read_text(encoding="utf-8")
     (voice.directory / "view.html").unlink()
+
+
+def test_the_python_of_docs_view_md_runs(
+    voice: plica.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("runs").mkdir()
+    Path("runs/first").symlink_to(voice.directory)
+    (text,) = python_blocks("docs/view.md")
+    exec(compile(text.replace("20 ms", "1 ms"), "view.md", "exec"), {})
+    assert len(content(Path("larynx.html"))["time"]) == voice.frames
+    assert content(Path("start.html"))["time"] == pytest.approx([0.25, 0.5, 0.75, 1.0])
+
+
+def test_the_left_fold_comes_first(voice: plica.Run, tmp_path: Path) -> None:
+    page = content(plica.write_view(voice, tmp_path / "view.html"))
+    triangles = unpacked(page["triangles"], "<u4").reshape(-1, 3)
+    x = unpacked(page["points"], "<f4").reshape(-1, 3)[triangles, 0].mean(axis=1)
+    assert 2 * page["left"] == len(triangles)  # the mesh is symmetric
+    assert x[: page["left"]].max() <= 0 <= x[page["left"] :].min()
 
 
 def test_without_airflow_and_contact_what_is_of_them_is_left_out(bar: plica.Scene, tmp_path: Path) -> None:

@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 
 import plica
 from analytic_run import Phonation
 from browser import CHROMIUM, Browser
 from filmed_folds import moved, shifted, voiced
 from plica.films.surface import skin
+from repository import ROOT
+from view_pictures import draw
 
 pytestmark = [
     pytest.mark.slow,
@@ -247,6 +250,32 @@ def test_sides_are_named_where_they_are(browser: Browser, voice: plica.Run) -> N
     look(browser, "front")
     assert place("right")[0] + 100 < place("left")[0]  # who is looked at from the front
     assert place("top")[1] + 100 < place("bottom")[1]
+
+
+def test_one_fold_can_be_shown_alone(browser: Browser) -> None:
+    look(browser, "above")
+
+    def tissue() -> tuple[float, float]:
+        picture = drawn(browser)
+        seen = (picture != picture[9, 9]).any(axis=-1)[10:-10, 10:-10]
+        half = seen.shape[1] // 2
+        return float(seen[:, :half].mean()), float(seen[:, half:].mean())
+
+    both = tissue()
+    assert both[0] == pytest.approx(both[1], rel=0.02)
+    for fold, side in (("left", 0), ("right", 1)):
+        browser.click(f"input[value={fold}]")
+        alone = tissue()
+        assert alone[side] == pytest.approx(both[side], rel=0.02)
+        assert alone[1 - side] < 0.02 * both[side]
+
+
+def test_the_pictures_of_the_docs_are_drawn(voice: plica.Run, tmp_path: Path) -> None:
+    files = draw(plica.write_view(voice, tmp_path / "view.html"), tmp_path, tmp_path / "browser")
+    for file in files:
+        with Image.open(file) as picture, Image.open(ROOT / "docs/images" / file.name) as shown:
+            assert picture.size[0] == shown.size[0]
+            assert np.ptp(np.asarray(picture)) > 200
 
 
 def test_dragging_turns_the_larynx(browser: Browser) -> None:
