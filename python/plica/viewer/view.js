@@ -4,6 +4,7 @@
 const by = id => document.getElementById(id);
 const PHASES = page.time.length;
 const LASTING = 2000, SLOWEST = 250, FASTEST = 30;  // ms: of all phases when they are played, and of one of them
+const SAME = 1e-5;  // ms, round-off of times
 const FINER = 2;  // pixels drawn for one shown: smooths edges, also those of a cut
 const MARGIN = 1.12;  // of the view around the tissue
 const HIDDEN_WITHIN = 30;  // px from the middle, where the name of a direction says nothing
@@ -71,7 +72,7 @@ class Curve {
       ...this.size(last),
       cursor: { show: false },
       legend: { show: false },
-      scales: { x: { time: false } },
+      scales: { x: { time: false, range: [page.time[0], page.time[PHASES - 1]] } },
       series: [{}, { stroke: "#3b82c4", width: 1.5, points: { show: false } }],
       axes: [{ ...axis, size: last ? 44 : 8, label: last ? "time (ms)" : undefined, labelSize: 18,
         values: (plot, places) => places.map(place => last ? String(+place.toFixed(4)) : "") },
@@ -102,8 +103,9 @@ class Curve {
   }
 
   mark() {
-    const value = this.values[nearest(page.waves.time, page.time[phase])];
-    this.text.textContent = `${this.name}: ${value === null ? "–" : `${said(value)} ${this.unit}`}`;
+    const at = nearest(page.waves.time, page.time[phase]), value = this.values[at];
+    const has = value !== null && Math.abs(page.waves.time[at] - page.time[phase]) < SAME;  // none is of t = 0
+    this.text.textContent = `${this.name}: ${has ? `${said(value)} ${this.unit}` : "–"}`;
     this.plot.redraw(false);
   }
 }
