@@ -60,9 +60,15 @@ class StrainGauge {
   struct Cuts {
     double strain = 0.0, gradient = 0.0;
   };
-  /// du/dxi at the points of a cell.
-  Slopes slopes(const Vector& displacement, std::ptrdiff_t cell) const;
-  const Map& map(std::ptrdiff_t cell, int point) const;
+  /// Of the points of a cell.
+  struct CellMaps {
+    const Map* first;
+    bool one;  // for all points
+    const Map& operator[](int point) const { return first[one ? 0 : point]; }
+  };
+  CellMaps maps_of(std::ptrdiff_t cell) const;
+  /// To du/dxi at the points of a cell.
+  void find_slopes(const Vector& displacement, std::ptrdiff_t cell, Slopes& slopes) const;
   void read(const Vector& displacement, std::ptrdiff_t begin, std::ptrdiff_t end, Found& found) const;
   Vector3 place(std::int32_t point) const;
 
