@@ -358,7 +358,7 @@ window.addEventListener("resize", () => curves.forEach(curve => curve.plot.setSi
 
 /** What this browser lacks; empty where it can draw the surface. */
 function missing() {
-  const needs = "The waveforms below need neither.";
+  const needs = "The waveforms below work without it.";
   if (!document.createElement("canvas").getContext("webgl2"))
     return `The surface is not shown: this browser has no WebGL 2, or it is turned off. Turn it on, or use another browser. ${needs}`;
   if (!("DecompressionStream" in window))

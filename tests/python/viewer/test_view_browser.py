@@ -290,7 +290,7 @@ def test_without_webgl_the_page_says_so_and_its_curves_work(voice: plica.Run, tm
     with opened(page, tmp_path / "browser", webgl=False) as browser:
         assert browser.value("by('missing').textContent") == (
             "The surface is not shown: this browser has no WebGL 2, or it is turned off. Turn it on, or use "
-            "another browser. The waveforms below need neither."
+            "another browser. The waveforms below work without it."
         )
         assert browser.value("[by('missing').hidden, by('stage').hidden, by('tools').hidden]") == [
             False, True, True,
