@@ -18,7 +18,7 @@ import plica
 from analytic_run import Phonation
 from complaints import refused
 from filmed_folds import folds
-from interrupted_runs import kill_after, longer, start
+from interrupted_runs import killed
 from plica.commands.main import main
 from plica.films.surface import skin
 from plica.measures.run.strain import NodalStrain
@@ -363,10 +363,7 @@ def test_a_damaged_field_is_named_and_one_that_is_not_finite_too(
 def test_of_a_killed_run_the_computed_part_is_shown(
     tmp_path: Path, phonating: plica.Scene, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    longer(phonating, 30).save(tmp_path / "scene.toml")
-    process = start(tmp_path / "scene.toml", tmp_path / "run")
-    assert kill_after(process, tmp_path / "run", 40)
-    steps = plica.Run.load(tmp_path / "run").steps
+    steps = killed(phonating, tmp_path, 40)
     assert main(["view", str(tmp_path / "run")]) == 0
     assert f"killed; shown {steps} of 1200 steps." in capsys.readouterr().err
     text = (tmp_path / "run/view.html").read_text(encoding="utf-8")
