@@ -1,11 +1,11 @@
-# make demo   a vocal-fold collision from one command, with its report
+# make demo   a woman's voice from one command, with its report and its sound
 # make test   the fast half of the tests: exact properties, rates, second algorithms, every command once
 # make check  all tests; begins with make test
 # make docs   the documentation as a site, with the tutorials run
 # Each sets up what is missing (Debian packages, a virtual environment, the build) and is quick when
 # repeated. Variables: PYTHON (3.11 or later), DEMO_SCENE, DEMO_DIR, PYTEST_ARGS.
 PYTHON ?= python3
-DEMO_SCENE ?= examples/normal_phonation.toml
+DEMO_SCENE ?= examples/speaking.toml
 DEMO_DIR ?= runs/demo
 PYTEST_ARGS ?= --numprocesses auto --dist loadfile
 

@@ -20,9 +20,11 @@ if the vibration became steady: either the whole record rises or falls at least 
 end, and faster by more than the scatter of neighbouring cycles explains (logarithms, t-test, 0.5 %; under a
 constant trend both are equally fast), or the same number of cycles before depart from the mean of the end at
 least six times as much as its own do (root mean square; 3.6 times under a constant trend), and by more than
-chance explains (F-test, 0.1 %). Moreover, unless that end is irregular, no trend beyond what is allowed may
-even be likely in it: after a change it is steadiness that has to be shown. (Likely: t-test, 5 %, and of fewer
-than three degrees of freedom any, since among so few the test finds none.)
+chance explains (F-test, 0.1 %). Either is asked of all cycles back to the first that agrees; where nothing
+drifted, as in a beat that dies away, else of the last half, quarter, ... alone. Moreover, unless that end is
+irregular, no trend beyond what is allowed may even be likely in it: after a change it is steadiness that has
+to be shown. (Likely: t-test, 5 %, and of fewer than three degrees of freedom any, since among so few the test
+finds none.)
 """
 
 from __future__ import annotations
@@ -96,15 +98,19 @@ def stationary_from(sequences: list[tuple[Floats, Tolerance]]) -> int | None:
         Periods and amplitudes, n >= 3.
     """
     size = sequences[0][0].size
-    changed = [False] * len(sequences)
+    changed, trend = [False] * len(sequences), False
     count = size
     while count >= fewest:
+        trend = trend or any(drifts(fit(values[size - count :], same), same) for values, same in sequences)
         still = [_is_stationary(values[size - count :], same) for values, same in sequences]
         changed = [past or not now for past, now in zip(changed, still, strict=True)]
         if all(still):
             core = count if count < size else max((size + 1) // 2, fewest)
             first = _reach(sequences, size - core)
             parts = [values for (values, _), past in zip(sequences, changed, strict=True) if past]
+            # Cycles that agree with the core may be the end of a beat that dies away, which is no trend.
+            if not trend and not all(_settles(values, first) for values in parts):
+                first = size - core
             if all(_settles(values, first) for values in parts):
                 first = _without_onset(sequences, first, size - core)
                 while count < size and _may_drift(sequences, first) and first < size - core:

@@ -250,7 +250,7 @@ class Analysis:
         sequence = self.frame_sequence
         (frequency,) = cautioned([found["fundamental_frequency"]], [sequence.caution()])
         items = [frequency if item.name == frequency.name else item for item in found.values()]
-        return Measures(cautioned(items, sequence.doubts()), found.scale), cycles
+        return Measures(sequence.doubted(cautioned(items, sequence.doubts())), found.scale), cycles
 
     @cached_property
     def frame_sequence(self) -> FrameSequence:

@@ -128,12 +128,13 @@ NOT_RUN = {
 """What is not typed by these tests: a pattern of whole commands, and the reason."""
 
 PYTHON = {
-    "README.md": ("project/test_readme.py", "project/test_readme.py", "here"),
+    "README.md": ("project/test_readme.py",),
     "docs/film.md": ("films/test_files.py",),
     "docs/identification.md": ("identify/test_docs.py", "identify/test_docs.py"),
     "docs/identification_filter.md": ("identify/test_docs.py",),
     "docs/image_mesh.md": ("here",),
     "docs/onset.md": ("here",),
+    "docs/python.md": ("project/test_readme.py", "project/test_readme.py", "here"),
     "docs/recording_files.md": (
         "not run: needs a trained network; video/glottis/test_network.py has such files",
     ),
@@ -206,7 +207,7 @@ def test_python_that_analyses_a_recording_runs(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     _record(Path("larynx.avi"))
     names: dict[str, Any] = {}
-    exec(compile(python_blocks("README.md")[2], "README.md", "exec"), names)
+    exec(compile(python_blocks("docs/python.md")[2], "python.md", "exec"), names)
     assert names["motion"].shape == (MOVIE.height, MOVIE.width, 2)
 
 

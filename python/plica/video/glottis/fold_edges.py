@@ -18,7 +18,8 @@ nearer, where folds stop that meet on it
 
 A strand of mucus hides the edges below it. In a wide slit it is known by parting the mask, in a narrow one it
 is not; so what a strand crosses in many frames in which the slit is wide there has, in all frames, the edges
-of the lines beside the strand, in between.
+of the lines beside the strand, on a parabola in between: a strand that slants crosses many lines where the
+slit is wide, in which the folds are curved.
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ _LATEST = 1.5  # frames from the last slit that is seen to contact, at most
 _BEYOND = 0.3  # of the swing: contact does not leave its ends by more
 _HIDDEN = 0.1  # of a slit's width, from which a strand crosses its line
 _OFTEN = 0.2  # of the frames in which the slit is wide: then it does in all
+_LEAST_BESIDE = 4  # lines on either side of those it crosses, at least
 _CROSSED = 25  # lines: a strand that crosses more lies along the glottis, and its ends say nothing of them
 
 
@@ -107,14 +109,8 @@ class SlitsOverTime:
         """(frames, lines) px: widths, and centres right of the midline, below strands as beside them."""
         width, centre, over = np.moveaxis(np.array(self._found), 1, 0)
         for begin, end in _crossed(width, over):
-            above, below = begin - 1, end
-            share = ((np.arange(begin, end) - above) / (below - above))[None]
-            parts = (1 - share) * (width[:, above, None] > 0), share * (width[:, below, None] > 0)
-            known = np.maximum(parts[0] + parts[1], 1e-9)
-            centre[:, begin:end] = (
-                parts[0] * centre[:, above, None] + parts[1] * centre[:, below, None]
-            ) / known
-            width[:, begin:end] = (1 - share) * width[:, above, None] + share * width[:, below, None]
+            lines = slice(begin, end)
+            width[:, lines], centre[:, lines] = _between_sides(width, centre, begin, end)
         return width, centre
 
 
@@ -147,6 +143,30 @@ def _crossed(width: Floats, over: Floats) -> list[tuple[int, int]]:
         for begin, end in wider
         if begin > 0 and end < largest.size and min(largest[begin - 1], largest[end]) >= _OPEN
     ]
+
+
+def _between_sides(width: Floats, centre: Floats, begin: int, end: int) -> tuple[Floats, Floats]:
+    """(frames, end - begin) px: widths and centres on these lines, from those on either side.
+
+    Parabolas through half as many lines on each side in frames in which all of these are open; in the others
+    straight from the line above to the one below, and the centre that of the one which is open.
+    """
+    above, below, count = begin - 1, end, max(_LEAST_BESIDE, (end - begin) // 2)
+    share = ((np.arange(begin, end) - above) / (below - above))[None]
+    parts = (1 - share) * (width[:, above, None] > 0), share * (width[:, below, None] > 0)
+    known = np.maximum(parts[0] + parts[1], 1e-9)
+    between = (
+        (1 - share) * width[:, above, None] + share * width[:, below, None],
+        (parts[0] * centre[:, above, None] + parts[1] * centre[:, below, None]) / known,
+    )
+    beside = np.r_[max(begin - count, 0) : begin, end : min(end + count, width.shape[1])]
+    whole = (width[:, beside] >= _OPEN).all(axis=1)
+    middle, half = (above + below) / 2, (below - above) / 2
+    powers = [np.vander((lines - middle) / half, 3) for lines in (np.arange(begin, end), beside)]
+    along = powers[0] @ np.linalg.pinv(powers[1])  # (end - begin, beside)
+    for found, seen in zip(between, (width, centre), strict=True):
+        found[whole] = seen[np.ix_(whole, beside)] @ along.T
+    return np.maximum(between[0], 0.0), between[1]
 
 
 def _edges(along: Floats, width: Floats, centre: Floats, blur: float) -> FoldEdges:

@@ -9,11 +9,14 @@ as D.
 
 A pixel that is never brighter than halfway from D to B is *always dark*: a gap that never closes and a
 shadow look alike there. It counts as a gap where it is as dark as D at some time (within a fifth) and the
-folds move on both sides of it: in the mean over seven rows across the glottis' axis, the pixels beside it
-that vary by two fifths of B - D are one or more on either side, and on neither less than a fifth of those
-on the other. A gap and two pixels about it have the common level, since the lens blurs the edge where it
-turns. Of what else is always dark, glottis can only be seen where the pixel's own tissue is a fifth of the
-way from D to B or brighter.
+folds move beside it, in the mean over seven rows across the glottis' axis. Pixels move that vary by two
+fifths of B - D. They do on both sides of a gap: one or more on either, and on neither less than a fifth of
+those on the other. Or on one side, if the other fold is still: then those nearer to the gap are dark for
+longer, as the fold that moves comes from afar, while beside a crease the fold that moves away from it leaves
+the farther ones dark for longer; and the nearest three come to be dark in most cycles, unlike those that a
+shadow creeps over. A gap and two pixels about it have the common level, since the lens blurs
+the edge where it turns. Of what else is always dark, glottis can only be seen where the pixel's own tissue is
+a fifth of the way from D to B or brighter.
 """
 
 from __future__ import annotations
@@ -40,6 +43,8 @@ _BLOCK = 8  # frames whose brightest values are kept together
 _CYCLES = 2.0  # on either side of a frame
 _ROWS = 7  # over which sides are compared
 _BESIDE = 0.2  # of the moving pixels on the other side
+_LONGER = 0.1  # of the time: by so much the nearer of them are dark for longer, beside a gap
+_NEAREST, _MOST = 3, 0.7  # px, and share of the cycles in which they come to be dark
 
 
 @dataclass(frozen=True)
@@ -108,13 +113,18 @@ def pixel_levels(
     blocks: list[npt.NDArray[np.float32]] = []
     darkest = np.full(within.shape, np.inf)
     area: list[int] = []
+    (often, turns), dark_before = np.zeros((2, *within.shape)), np.ones(within.shape, dtype=bool)
     for index, frame in enumerate(frames):
         part = np.asarray(frame[box], dtype=np.float32)
         if index % _BLOCK == 0:
             blocks.append(np.full(within.shape, -np.inf, dtype=np.float32))
         np.fmax(blocks[-1], part, out=blocks[-1])
         np.fmin(darkest, part, out=darkest)
-        area.append(int(np.sum((part < half) & within)))
+        dark_now = part < half
+        often += dark_now
+        turns += dark_now & ~dark_before
+        dark_before = dark_now
+        area.append(int(np.sum(dark_now & within)))
     brightest = np.stack(blocks)
     frequency = autocorrelation_frequency(np.array(area, dtype=float), 1.0) if len(area) >= 8 else math.nan
     period = 1 / frequency if math.isfinite(frequency) else float(len(area))
@@ -127,7 +137,9 @@ def pixel_levels(
     else:
         apart = _APART * (tissue - dark)
         moving = within & bright & (whole - darkest > 2 * apart)
-        gap[box] = _between(within & ~bright, moving) & (darkest < dark + apart)
+        gap[box] = _beside_folds(within & ~bright, moving, often / len(area), turns * period / len(area)) & (
+            darkest < dark + apart
+        )
     window = math.ceil(_CYCLES * period / _BLOCK)
     return PixelLevels(box, brightest, window, always, gap, _about(gap, _EDGE))
 
@@ -138,29 +150,63 @@ def _about(mask: Mask, width: int) -> Mask:
     return np.asarray(ndimage.binary_dilation(mask, iterations=width)) if mask.any() else mask
 
 
-def _between(still: Mask, moving: Mask) -> Mask:
-    """Those pixels of what is always dark that have moving pixels on both sides of them."""
-    from scipy import ndimage
+def _beside_folds(still: Mask, moving: Mask, often: Floats, turns: Floats) -> Mask:
+    """Those pixels of what is always dark beside which folds move as they do beside a gap.
 
-    found = np.zeros(still.shape, dtype=bool)
+    Parameters
+    ----------
+    still, moving : (h, w) bool
+        What is always dark, and what is not always.
+    often : (h, w)
+        Share of the time in which a pixel is dark.
+    turns : (h, w)
+        How many times a cycle it comes to be so.
+    """
     y, x = np.nonzero(moving)
     if x.size < 3 or not still.any():
-        return found
+        return np.zeros(still.shape, dtype=bool)
     along = np.linalg.eigh(np.cov(np.stack([x, y])))[1][:, 1]
-    steep = abs(along[1]) >= abs(along[0])  # its rows across are then the picture's rows
-    still, moving = (still, moving) if steep else (still.T, moving.T)
-    beside = np.zeros((2, *still.shape))
+    if abs(along[1]) >= abs(along[0]):  # its rows across are the picture's rows
+        return _beside_folds_in_rows(still, moving, often, turns)
+    return _beside_folds_in_rows(still.T, moving.T, often.T, turns.T).T
+
+
+def _beside_folds_in_rows(still: Mask, moving: Mask, often: Floats, turns: Floats) -> Mask:
+    from scipy import ndimage
+
+    places = np.arange(still.shape[1])
+    beside, longer, cyclic = np.zeros((3, 2, *still.shape))  # left and right of each run of what is still
     for row in np.flatnonzero(still.any(axis=1)):
         runs, count = ndimage.label(still[row])
         for run in range(1, count + 1):
             columns = np.flatnonzero(runs == run)
-            beside[0, row, columns] = _leading(moving[row, : columns[0]][::-1])
-            beside[1, row, columns] = _leading(moving[row, columns[-1] + 1 :])
-    weight = np.maximum(ndimage.uniform_filter1d(still.astype(float), _ROWS, axis=0, mode="constant"), 1e-9)
-    mean = [ndimage.uniform_filter1d(side, _ROWS, axis=0, mode="constant") / weight for side in beside]
-    less, more = np.minimum(*mean), np.maximum(*mean)
-    inside = still & (less >= np.maximum(1.0, _BESIDE * more))
-    return np.asarray(inside if steep else inside.T)
+            for side, away in enumerate((places[: columns[0]][::-1], places[columns[-1] + 1 :])):
+                pixels = _leading(moving[row, away])
+                if not pixels:
+                    continue
+                beside[side, row, columns] = pixels
+                longer[side, row, columns] = _fall(often[row, away][:pixels])
+                cyclic[side, row, columns] = turns[row, away][: min(pixels, _NEAREST)].mean()
+    weight = np.maximum(_over_rows(still.astype(float)), 1e-9)
+    count_of, longer, cyclic = (
+        np.stack([_over_rows(side) / weight for side in part]) for part in (beside, longer, cyclic)
+    )
+    less, more = count_of.min(axis=0), count_of.max(axis=0)
+    on_both = less >= np.maximum(1.0, _BESIDE * more)
+    on_one = (count_of == more) & (count_of >= 2.0) & (longer > _LONGER) & (cyclic > _MOST)
+    return np.asarray(still & (on_both | on_one.any(axis=0)))
+
+
+def _over_rows(values: Floats) -> Floats:
+    from scipy import ndimage
+
+    return np.asarray(ndimage.uniform_filter1d(values, _ROWS, axis=0, mode="constant"))
+
+
+def _fall(often: Floats) -> float:
+    """By how much longer the nearer half of these pixels is dark."""
+    half = often.size // 2
+    return float(often[:half].mean() - often[-half:].mean()) if half else 0.0
 
 
 def _leading(values: Mask) -> int:

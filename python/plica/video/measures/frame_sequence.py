@@ -18,12 +18,14 @@ beside c, and p is the probability of k or more where fractions are as they come
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 from scipy import special
+
+from plica.measures.measure import Measure
 
 __all__ = ["FrameSequence", "frame_sequence"]
 
@@ -39,6 +41,7 @@ _CYCLES = 4  # fewer say nothing
 _CERTAIN, _LIKELY = 0.005, 0.1  # p that speaks alone, and with a frame that the motion shows
 _LEAST = 0.4  # px, root mean square over the widths: less motion shows nothing
 _SHOWN = 6  # frames that are named
+_SHIFTED = ("fundamental_frequency", "period")
 _IRREGULAR, _UNSURE = 0.02, 0.3  # of a period, and frames: less does not hide lost frames
 
 
@@ -86,8 +89,9 @@ class FrameSequence:
             share = 100 * frames.size / self.count
             found.append(
                 f"{frames.size} or more of {self.count} frames are {said} {shown}. So the frequency is at "
-                f"least {share:.2g} % {made} than it was, and jitter, shimmer and quotients are not those of "
-                "the voice. Take the recording from the camera once more, with all frames"
+                f"least {share:.2g} % {made} than it was (it has no interval), and jitter, shimmer and "
+                "quotients are not those of the voice. Take the recording from the camera once more, with "
+                "all frames"
             )
         if self.chance < _CERTAIN and not found:
             found.append(
@@ -97,15 +101,22 @@ class FrameSequence:
             )
         return found
 
+    def doubted(self, found: list[Measure]) -> list[Measure]:
+        """The measures; where frames are lost, the frequency and the period without an interval, since how
+        many more there are is not known, and all of them shift it to one side."""
+        if not self.doubts():
+            return found
+        return [replace(item, replicates=None) if item.name in _SHIFTED else item for item in found]
+
     def caution(self) -> str:
         """Of the frequency of cycles so irregular that lost frames among them would not show; empty where
         they are regular, or where `doubts` speak."""
         if self.irregular < _IRREGULAR or self.irregular * self.period < _UNSURE or self.doubts():
             return ""
         return (
-            f"the cycles' lengths scatter by {100 * self.irregular:.2g} %: an irregular voice, or frames "
-            "that are missing or there twice, which shift the frequency by their share. Only the camera's "
-            "own file can tell"
+            f"the cycles' lengths scatter by {100 * self.irregular:.2g} %, in which frames that a camera "
+            "drops, and which shift the frequency by their share, would not show. Its own file tells whether "
+            "it has all"
         )
 
 

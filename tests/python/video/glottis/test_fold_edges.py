@@ -156,6 +156,23 @@ def test_a_strand_over_the_glottis_takes_nothing_from_edges_and_area() -> None:
         assert getattr(crossed, edge)[wide] == pytest.approx(getattr(bare, edge)[wide], abs=0.5)
 
 
+def test_a_strand_that_slants_over_a_wide_glottis_leaves_its_curve() -> None:
+    """It crosses 18 lines, over which the folds bulge by 5 % of their distance."""
+    masks = _masks(
+        lambda turn, shape: -shape * (13 + 8 * np.sin(turn)),
+        lambda turn, shape: shape * (13 + 8 * np.sin(turn)),
+    )
+    y, x = np.mgrid[0:_HEIGHT, 0:_WIDTH]
+    over = np.abs(y - _HEIGHT / 2 - 0.3 * (x - _WIDTH / 2)) <= 2
+    line = find_midline(masks)
+    bare, crossed = (fold_edges(shown, line) for shown in (masks, [mask & ~over for mask in masks]))
+    middle = np.abs(bare.along - line.length / 2) <= 8
+    wide = bare.left[:, middle].mean(axis=1) > 15
+    for side in ("left", "right"):
+        off = (getattr(crossed, side) - getattr(bare, side))[np.ix_(wide, middle)]
+        assert abs(off.mean()) < 0.15
+
+
 def test_below_a_strand_edges_are_those_beside_it_in_every_frame() -> None:
     """Noise shows a pixel in five of what it hides, and over a narrow slit it is not known by itself."""
     masks = _masks(

@@ -13,7 +13,7 @@ from plica.video.analysis import Analysis, analyse
 from plica.video.glottis.glottal_area import GlottalArea
 from plica.video.glottis.midline import Midline
 from plica.video.glottis.segmenter import Look
-from plica.video.glottis.tissue_level import pixel_levels
+from plica.video.glottis.tissue_level import PixelLevels, pixel_levels
 from plica.video.glottis.vibrogram import vibrogram
 from plica.video.light import light_of
 from plica.video.measures.area_cautions import WholeGlottis, doubts
@@ -91,6 +91,33 @@ def test_of_what_is_always_dark_a_gap_is_recognised_by_motion_on_both_sides() ->
     drawn = [gap | beside]  # by hand: then it is glottis, whatever moves
     assert np.array_equal(pixel_levels(frames, near, 10.0, 140.0, drawn).gap, gap | beside)
     assert not pixel_levels(frames, near, 10.0, 140.0, [*drawn, np.zeros_like(gap)]).gap.any()
+
+
+def test_beside_a_fold_that_is_still_a_gap_is_recognised_by_how_long_the_other_leaves_it_dark() -> None:
+    rows, left = slice(5, 35), 20
+
+    def levels_with(creeping: bool) -> tuple[PixelLevels, int]:
+        frames = []
+        for t in range(100):
+            frame = np.full((40, 60), 140.0, dtype=np.float32)
+            right = left + 8 + round(5.4 * np.sin(2 * np.pi * t / 10))
+            frame[rows, left:right] = 10  # never narrower than 3 px, and its left fold is still
+            frame[10:30, 34:40] = 10  # a crease where the right fold ends when it is farthest
+            if creeping:
+                frame[10:30, 8 : left - 4 + t // 20] = 10  # a shadow whose border moves to the glottis
+            frames.append(frame)
+        near = np.zeros((40, 60), dtype=bool)
+        near[3:37, 4:44] = True
+        return pixel_levels(frames, near, 10.0, 140.0), left + 3
+
+    for creeping in (False, True):
+        levels, end = levels_with(creeping)
+        gap = np.zeros((40, 60), dtype=bool)
+        gap[rows, left:end] = True
+        crease = np.zeros_like(gap)
+        crease[10:30, 34:40] = True
+        assert levels.always_dark[crease].all()
+        assert np.array_equal(levels.gap, gap)
 
 
 def whole(**changes: object) -> WholeGlottis:

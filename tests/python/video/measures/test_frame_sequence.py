@@ -7,6 +7,8 @@ import re
 import numpy as np
 import pytest
 
+from plica.measures.interval import Replicates
+from plica.measures.measure import Measure
 from plica.measures.recorded import recorded_cycles
 from plica.video.measures.frame_sequence import FrameSequence, chance_of_whole_frames, frame_sequence
 
@@ -48,6 +50,18 @@ def test_frames_that_are_missing_or_there_twice_are_found(fault: str) -> None:
     assert said >= 5
 
 
+def test_of_lost_frames_the_frequency_has_no_interval() -> None:
+    """Each one that is not seen shifts it further, to the same side."""
+    replicates = Replicates(np.linspace(0.9, 1.1, 2000), 10)
+    found = [Measure(name, 1.0, replicates=replicates) for name in ("fundamental_frequency", "open_quotient")]
+    none = np.zeros(0, dtype=int)
+    whole, lost = (
+        FrameSequence(missing, none, 1.0, 0.1, 200).doubted(found) for missing in (none, np.array([40, 90]))
+    )
+    assert [item.interval is not None for item in whole] == [True, True]
+    assert [item.interval is not None for item in lost] == [False, True]
+
+
 @pytest.mark.parametrize("jitter", [0.0, 0.05, 0.1])
 def test_nothing_is_said_of_a_recording_that_is_whole(jitter: float) -> None:
     for seed in range(4):
@@ -62,7 +76,7 @@ def test_cycles_too_irregular_to_show_lost_frames_are_a_caution_of_the_frequency
     found = frame_sequence(widths, scattered)
     assert found.irregular == pytest.approx(np.sqrt(np.mean(np.diff(scattered, 2) ** 2) / 2) / 7.25, rel=0.02)
     assert not found.doubts()
-    assert re.search(r"scatter by \d+(\.\d)? %: an irregular voice, or frames", found.caution())
+    assert re.search(r"scatter by \d+(\.\d)? %, in which frames that a camera drops", found.caution())
     glide = np.cumsum(np.linspace(7, 9, 40))
     assert frame_sequence(widths, glide).caution() == ""
     slow = 80 * np.arange(40) + 0.2 * np.random.default_rng(3).standard_normal(40)

@@ -1,0 +1,57 @@
+"""An octave sung by the cricothyroid muscle alone: python octave.py [DIR] [NOTES]
+
+The woman's voice of `voice = "female"` with fibres that stiffen, at rising activations of the muscle that
+lengthens the folds. Writes DIR/octave.wav (default: runs/octave), one note after the other, and prints the
+pitch of each; a run that is there already is kept. Some minutes for eight notes.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from scipy.io import wavfile
+
+import plica
+
+HIGHEST = 0.6  # activation of the cricothyroid muscle
+STIFFENING = 3  # of fibres: a direction, not a measurement (docs/voices.md)
+FULL_SCALE = 5.0  # Pa
+
+
+def voice(cricothyroid: float) -> plica.Scene:
+    layers = {f"tissue.{layer}.stiffening": STIFFENING for layer in ("cover", "ligament", "body")}
+    return plica.Scene.of_voice("female").replace(
+        {
+            **layers,
+            "mesh.larynx": "coarse",
+            "posture": {"muscles": {"cricothyroid": cricothyroid}},
+            "time": {"step": "100 us", "duration": "0.3 s"},
+        }
+    )
+
+
+def main(directory: Path, notes: int) -> None:
+    sung = []
+    for cricothyroid in np.linspace(0.0, HIGHEST, notes):
+        name = f"cricothyroid_{cricothyroid:.2f}"
+        run = plica.run(voice(float(cricothyroid)), directory / name, resume="if_there", progress=False)
+        pitch = run.measures["fundamental_frequency"]
+        heard = run.sound(rate=44100)
+        sung.append(heard.pressure)
+        hertz = "no pitch: " + pitch.note if pitch.value is None else f"{pitch.value:.0f} Hz"
+        print(
+            f"cricothyroid {cricothyroid:.2f}, {100 * 0.6 * cricothyroid:.0f} % longer: {hertz}", flush=True
+        )
+    pressure = np.concatenate(sung) / FULL_SCALE
+    path = directory / "octave.wav"
+    wavfile.write(path, 44100, np.round(32767 * np.clip(pressure, -1, 1)).astype(np.int16))
+    print(f"written: {path} (full scale {FULL_SCALE:g} Pa at 0.3 m)")
+
+
+if __name__ == "__main__":
+    main(
+        Path(sys.argv[1] if len(sys.argv) > 1 else "runs/octave"),
+        int(sys.argv[2] if len(sys.argv) > 2 else 8),
+    )
