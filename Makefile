@@ -38,7 +38,7 @@ $(VENV)/environment.stamp: pyproject.toml .ci/requirements | $(VENV)/packages.st
 
 # The list of Python files: a new or removed one renews the installation, an edited one does not need to.
 $(VENV)/modules.txt: FORCE | $(VENV)/packages.stamp
-	@find python/plica -name '*.py' -o -name '*.typed' -o -name '*.pyi' -o -name '*.j2' | sort > $@.new
+	@find python/plica -name '*.py' -o -name '*.typed' -o -name '*.pyi' -o -name '*.j2' -o -path 'python/plica/viewer/*' -type f | sort > $@.new
 	@cmp -s $@.new $@ || cp $@.new $@; rm -f $@.new
 
 $(VENV)/engine.stamp: $(ENGINE_SOURCES) $(VENV)/environment.stamp $(VENV)/modules.txt

@@ -6,6 +6,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import plica
+from extension.cpp import XML
 
 project = "Plica"
 author = "the Plica developers"
@@ -13,6 +14,7 @@ copyright = f"2026, {author}"  # noqa: A001  what Sphinx calls it
 release = version = plica.__version__
 
 extensions = [
+    "breathe",
     "myst_parser",
     "numpydoc",
     "sphinx.ext.autodoc",
@@ -39,6 +41,11 @@ html_theme_options = {
     "footer_end": [],
     "use_edit_page_button": False,
 }
+
+breathe_projects = {"plica": str(XML)}
+breathe_default_project = "plica"
+breathe_show_include = False
+suppress_warnings = ["duplicate_declaration.cpp"]  # each header declares the namespace anew
 
 autodoc_typehints = "none"
 numpydoc_show_class_members = False

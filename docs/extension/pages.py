@@ -1,4 +1,4 @@
-"""Pages that are made of the code: scene keys, cautions, commands and the Python reference. Never in git."""
+"""Pages that are made of the code: scene keys, cautions, commands, Python and C++. Never in git."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import plica
-from extension import cautions, keys
+from extension import cautions, cpp, keys
 from plica.commands.main import command_parsers
 from plica.scene.part import Part
 from plica.scene.reference import part_keys
@@ -20,6 +20,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         "plica.sweep",
         "plica.uncertainty",
         "plica.films",
+        "plica.viewer",
         "plica.camera",
     ),
     "Modes and onset": ("plica.stability",),
@@ -48,7 +49,7 @@ def made() -> dict[str, str]:
     found["reference/python.md"] = _index()
     for name in _names():
         found[f"reference/python/{name}.md"] = _page(name)
-    return found
+    return found | cpp.made()
 
 
 def _commands() -> str:

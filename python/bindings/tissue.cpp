@@ -2,6 +2,7 @@
 #include "engine.hpp"
 #include "options.hpp"
 #include "plica/tissue/assembly.hpp"
+#include "plica/tissue/strain.hpp"
 
 using namespace plica;
 using namespace plica::python;
@@ -79,9 +80,37 @@ void bind_assembly(py::module_& engine) {
       .def("lumped_mass", [](const Assembly& a) { return give(a.assembler.lumped_mass(a.tissue)); });
 }
 
+/// The gauge together with the mesh that it refers to.
+struct Gauge {
+  std::shared_ptr<TetMesh> mesh;
+  StrainGauge gauge;
+};
+
+void bind_strain(py::module_& engine) {
+  py::class_<Gauge>(engine, "StrainGauge")
+      .def(py::init([](const std::shared_ptr<TetMesh>& mesh, bool green) {
+             const Released released;
+             return std::unique_ptr<Gauge>(
+                 new Gauge{mesh, StrainGauge(*mesh, green ? StrainMeasure::green : StrainMeasure::small)});
+           }),
+           py::arg("mesh"), py::kw_only(), py::arg("green") = false)
+      .def(
+          "at_points",
+          [](const Gauge& g, const RealArray& displacement) {
+            const Points u = to_points(displacement, "StrainGauge", "displacement");
+            return give([&] {
+              const Released released;
+              return g.gauge.at_points(as_vector(u));
+            }());
+          },
+          py::arg("displacement"))
+      .def("volumes", [](const Gauge& g) { return give(g.gauge.volumes()); });
+}
+
 }  // namespace
 
 void bind_tissue(py::module_& engine) {
   bind_materials(engine);
   bind_assembly(engine);
+  bind_strain(engine);
 }

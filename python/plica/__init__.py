@@ -124,6 +124,7 @@ _PARTS = {
     ),
     "plica.uncertainty": ("estimate_uncertainty",),
     "plica.video.motion.flow": ("flow",),
+    "plica.viewer": ("write_view",),
 }
 """Public names, by where they are; loaded when they are first asked for. `__init__.pyi` has their types."""
 

@@ -83,5 +83,6 @@ from plica.stability.onset import growth as growth
 from plica.stability.onset import onset as onset
 from plica.uncertainty import estimate_uncertainty as estimate_uncertainty
 from plica.video.motion.flow import flow as flow
+from plica.viewer import write_view as write_view
 
 __version__: str

@@ -51,6 +51,7 @@ __all__: list[str] = [
     "Simulation",
     "SolveFailed",
     "StaticSolver",
+    "StrainGauge",
     "StretchedMesh",
     "TetMesh",
     "TransverselyIsotropic",
@@ -264,6 +265,13 @@ class Assembly:
         numpy.typing.NDArray[numpy.int32],
         numpy.typing.NDArray[numpy.int32],
     ]: ...
+
+class StrainGauge:
+    def __init__(self, mesh: TetMesh, *, green: bool = False) -> None: ...
+    def at_points(
+        self, displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+    ) -> numpy.typing.NDArray[numpy.float64]: ...
+    def volumes(self) -> numpy.typing.NDArray[numpy.float64]: ...
 
 class YieldingWall:
     _defaults: typing.ClassVar[dict[str, typing.Any]] = {

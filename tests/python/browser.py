@@ -6,6 +6,8 @@ by a zero byte. So no library is needed but the browser.
 
 from __future__ import annotations
 
+import base64
+import io
 import json
 import os
 import select
@@ -16,10 +18,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
 __all__ = ["CHROMIUM", "Browser"]
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 """The program, or None."""
+_ON_THE_PROCESSOR = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 _PATIENCE = 60.0  # s, for one answer of a machine that is busy
 
 
@@ -32,9 +39,11 @@ class Browser:
         The HTML file that it opens.
     folder : Path
         For its profile, and for what it downloads.
+    webgl : bool
+        Whether it draws in three dimensions, on the processor.
     """
 
-    def __init__(self, page: Path, folder: Path) -> None:
+    def __init__(self, page: Path, folder: Path, *, webgl: bool = False) -> None:
         self.downloads = folder / "downloads"
         self.downloads.mkdir(parents=True)
         self._count = 0
@@ -47,7 +56,7 @@ class Browser:
             "--headless",
             "--no-sandbox",
             "--no-first-run",
-            "--disable-gpu",
+            *(_ON_THE_PROCESSOR if webgl else ("--disable-gpu", "--disable-3d-apis")),
             "--disable-dev-shm-usage",
             "--disable-extensions",
             "--force-device-scale-factor=1",
@@ -155,6 +164,16 @@ class Browser:
         found = self.tell("Runtime.evaluate", expression=expression, returnByValue=True)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
+
+    def picture(self, selector: str) -> NDArray[np.uint8]:
+        """(h, w, 3) what the window shows of what a CSS selector finds, after scrolling to it."""
+        left, top, width, height = self.box(selector)
+        clip = {"x": left, "y": top, "width": width, "height": height, "scale": 1}
+        clip["x"] += self.value("scrollX")
+        clip["y"] += self.value("scrollY")
+        data = self.tell("Page.captureScreenshot", format="png", clip=clip)["data"]
+        with Image.open(io.BytesIO(base64.b64decode(data))) as image:
+            return np.asarray(image.convert("RGB"))
 
     def faults(self) -> list[str]:
         """Exceptions that the page has thrown, and what it wrote to the console."""

@@ -116,3 +116,13 @@ class StopsAfter:
                 raise plica.StepFailed(str(failure.value), waveforms)
 
         return Stopping()
+
+
+def killed(scene: plica.Scene, folder: Path, after: int) -> int:
+    """Steps of the run in folder/run, of this scene for 30 times its 40 steps, killed after so many."""
+    longer(scene, 30).save(folder / "scene.toml")
+    process = start(folder / "scene.toml", folder / "run")
+    assert kill_after(process, folder / "run", after)
+    steps = plica.Run.load(folder / "run").steps
+    assert after <= steps < 1200
+    return steps

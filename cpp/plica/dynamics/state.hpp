@@ -39,7 +39,7 @@ struct State {
   Vector closed_force;               // (closed) N, the normal forces of these
   double depth = 0.0;                // m, >= 0: deepest penetration of a node
   AirColumn::Memory air;
-  // W, of the airflow (FlowState) in the last step
+  /// W, of the airflow (FlowState) in the last step
   double supplied_power = 0.0, viscous_power = 0.0, inertial_power = 0.0;
   Ledger ledger;
   FirstSigns first_signs;  // of trouble since t = 0: no step depends on them, a failure's text does

@@ -148,27 +148,62 @@ StrainGauge::StrainGauge(const TetMesh& mesh, StrainMeasure measure)
   found_.resize(static_cast<std::size_t>((mesh.cell_count() + chunk_size - 1) / chunk_size));
 }
 
+inline void StrainGauge::find_slopes(const Vector& displacement, std::ptrdiff_t cell, Slopes& slopes) const {
+  const std::int32_t* nodes = mesh_.cells.row(cell).data();
+  const auto at = [&](int a) { return displacement.segment<3>(3 * static_cast<std::ptrdiff_t>(nodes[a])); };
+  if (points_ == 1) {
+    for (int k = 0; k < 3; ++k) slopes.col(k) = at(k + 1) - at(0);
+    return;
+  }
+  Nodes u;
+  for (int a = 0; a < 10; ++a) u.col(a) = at(a);
+  slopes = slopes_at_points(u);
+}
+
+inline StrainGauge::CellMaps StrainGauge::maps_of(std::ptrdiff_t cell) const {
+  const std::int32_t* first = &first_[static_cast<std::size_t>(cell)];
+  return {&maps_[static_cast<std::size_t>(first[0])], first[1] - first[0] == 1};
+}
+
+Vector StrainGauge::at_points(const Vector& displacement) const {
+  require_size("StrainGauge", "displacement", displacement.size(), 3 * mesh_.node_count());
+  if (!displacement.allFinite())
+    throw InvalidInput("StrainGauge: displacement is not finite; must be finite. Did the time step diverge?");
+  Vector strain(points_ * mesh_.cell_count());
+  for_chunks(mesh_.cell_count(), chunk_size, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    Slopes d;
+    for (std::ptrdiff_t c = begin; c < end; ++c) {
+      find_slopes(displacement, c, d);
+      const CellMaps maps = maps_of(c);
+      for (int p = 0; p < points_; ++p) {
+        const Matrix3 H = d.middleCols<3>(3 * p) * maps[p].inverse;
+        strain[points_ * c + p] = spectral_norm(strain_of(H, measure_));
+      }
+    }
+  });
+  return strain;
+}
+
+Vector StrainGauge::volumes() const {
+  Vector volume(points_ * mesh_.cell_count());
+  for (std::ptrdiff_t c = 0; c < mesh_.cell_count(); ++c)
+    for (int p = 0; p < points_; ++p) volume[points_ * c + p] = maps_of(c)[p].volume;
+  return volume;
+}
+
 void StrainGauge::read(const Vector& displacement, std::ptrdiff_t begin, std::ptrdiff_t end, Found& found) const {
   found.strain.clear();
   found.gradient.clear();
   found.suspects.clear();
   const double strain_cut = below(cuts_.strain), gradient_cut = below(cuts_.gradient);
-  Nodes u;
   Slopes d;
   double sum = 0.0;
   for (std::ptrdiff_t c = begin; c < end; ++c) {
-    const std::int32_t* cell = mesh_.cells.row(c).data();
-    for (int a = 0; a < (points_ == 1 ? 4 : 10); ++a)
-      u.col(a) = displacement.segment<3>(3 * static_cast<std::ptrdiff_t>(cell[a]));
-    if (points_ == 1)
-      for (int k = 0; k < 3; ++k) d.col(k) = u.col(k + 1) - u.col(0);
-    else
-      d = slopes_at_points(u);
-    const Map* map = &maps_[static_cast<std::size_t>(first_[static_cast<std::size_t>(c)])];
-    const bool one = first_[static_cast<std::size_t>(c) + 1] - first_[static_cast<std::size_t>(c)] == 1;
+    find_slopes(displacement, c, d);
+    const CellMaps maps = maps_of(c);
     double steepest = 0.0;
     for (int p = 0; p < points_; ++p) {
-      const Map& at = map[one ? 0 : p];
+      const Map& at = maps[p];
       const Matrix3 H = d.middleCols<3>(3 * p) * at.inverse;
       // Frobenius' norm bounds the spectral one, and costs little: most points end here.
       const double gradient = H.squaredNorm();

@@ -31,11 +31,16 @@ class StrainGauge {
   /// displacement (3 n) m. The same for any number of threads and whatever was measured before. O(cells).
   /// Throws InvalidInput where a displacement is not finite.
   Strains measure(const Vector& displacement);
+  /// (4 m), of linear cells (m): |eps| at each point, that at point k of cell c in row 4 c + k. Throws as measure.
+  Vector at_points(const Vector& displacement) const;
+  /// (4 m) or (m) m^3: what each point stands for.
+  Vector volumes() const;
   /// Cells that may be folded over (folded_cells) under the displacement last measured, ascending; no other is:
   /// where |grad u| < 1, det(I + grad u) > 0.
   const std::vector<std::int32_t>& suspects() const { return suspects_; }
 
  private:
+  using Slopes = Eigen::Matrix<double, 3, 12>;  // d/dxi_k at each point, side by side; xi_k = l_k, k = 1, 2, 3
   struct Map {
     Matrix3 inverse;  // 1/m, dxi/dx
     double volume;    // m^3, that a point with this map stands for
@@ -55,6 +60,15 @@ class StrainGauge {
   struct Cuts {
     double strain = 0.0, gradient = 0.0;
   };
+  /// Of the points of a cell.
+  struct CellMaps {
+    const Map* first;
+    bool one;  // for all points
+    const Map& operator[](int point) const { return first[one ? 0 : point]; }
+  };
+  CellMaps maps_of(std::ptrdiff_t cell) const;
+  /// To du/dxi at the points of a cell.
+  void find_slopes(const Vector& displacement, std::ptrdiff_t cell, Slopes& slopes) const;
   void read(const Vector& displacement, std::ptrdiff_t begin, std::ptrdiff_t end, Found& found) const;
   Vector3 place(std::int32_t point) const;
 

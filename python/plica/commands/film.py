@@ -102,7 +102,14 @@ def add_commands(commands: Any) -> None:
     film.add_argument("--quiet", action="store_true", help="print only errors and cautions")
 
 
-_OPTIONS = {"start": "--from", "end": "--to", "width": "--size", "height": "--size", "read_noise": "--noise"}
+_OPTIONS = {
+    "start": "--from",
+    "end": "--to",
+    "width": "--size",
+    "height": "--size",
+    "read_noise": "--noise",
+    "fields": "fields",  # that are stored, no option
+}
 
 
 def _film(options: argparse.Namespace) -> int:

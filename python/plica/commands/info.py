@@ -28,6 +28,9 @@ _ENGINE = {"Eigen": "MPL-2.0", "pybind11": "BSD-3-Clause", "CGAL (kernel)": "LGP
 _ENGINE_GPL = {"CGAL (triangulations)": "GPL-3.0-or-later", "SuiteSparse CHOLMOD": "GPL-2.0-or-later"}
 """Likewise, with PLICA_GPL=ON."""
 
+_IN_PAGES = {"three.js": "MIT", "uPlot": "MIT"}
+"""What the pages of `plica view` contain (viewer/vendor/licences.txt)."""
+
 _BROUGHT = {"av": "its wheel holds FFmpeg with libx264 and libx265: GPL-2.0-or-later"}
 """What a package's own metadata does not say of its wheel."""
 
@@ -61,6 +64,8 @@ def _info(options: argparse.Namespace) -> int:
     if options.licences:
         print("\nCompiled into the engine")
         _show(_ENGINE | (_ENGINE_GPL if info["gpl"] else {}))
+        print("\nIn the pages of plica view")
+        _show(_IN_PAGES)
         for extra, names in _installed().items():
             print(f"\nFor plica[{extra}]" if extra else "\nImported by every installation")
             _show({name: _licence(name) for name in names})

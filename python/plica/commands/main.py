@@ -28,6 +28,7 @@ from plica.commands import (
     uncertainty,
     verify,
     video,
+    view,
 )
 from plica.commands.arguments import Parser, joined
 from plica.commands.output import print_error
@@ -44,6 +45,7 @@ _COMMANDS = (
     keys,
     video,
     film,
+    view,
     sound,
     exchange,
     larynx,
@@ -69,6 +71,7 @@ A first session:
   xdg-open runs/first/report.html                       open the report
   paraview runs/first/fields.xdmf                       view the fields in 3D
   plica uncertainty runs/first                          estimate the numerical uncertainty
+  plica view runs/first                                 turn its larynx, in a browser
   plica film runs/first -o clip.avi                     render it as video, with the true motion
   plica sound runs/first -o voice.wav                   write its sound
   plica video larynx.avi --fps 4000 -o analysis         analyse a high-speed recording

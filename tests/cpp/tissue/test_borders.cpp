@@ -59,4 +59,5 @@ TEST_CASE("sums over coefficients, bases and strains refuse what is of other gro
   StrainGauge gauge(mesh);
   Vector displacement = 1e-3 * Vector::Random(3 * mesh.node_count());
   sizes("StrainGauge::measure displacement", displacement, [&] { gauge.measure(displacement); });
+  sizes("StrainGauge::at_points displacement", displacement, [&] { gauge.at_points(displacement); });
 }

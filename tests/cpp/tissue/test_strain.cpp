@@ -2,8 +2,10 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "../approx.hpp"
 #include "plica/core/error.hpp"
@@ -108,6 +110,20 @@ TEST_CASE("a bent block has the strain of beams, read where a quadratic cell has
       neglected.emplace_back(0.5 * k * k * (s + std::sqrt(std::max(0.0, s * s - 4 * t))) / 2, volume);
     }
   }
+  const StrainGauge gauge(mesh);
+  const Vector at_points = gauge.at_points(u), volumes = gauge.volumes();
+  REQUIRE(at_points.size() == 4 * mesh.cell_count());
+  CHECK(volumes.sum() == approx(length * height * 0.5).epsilon(tolerance));
+  for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c)
+    for (std::ptrdiff_t p = 0; p < 4; ++p) {
+      Vector3 x = Vector3::Zero();
+      for (int a = 0; a < 4; ++a)
+        x += rule[static_cast<std::size_t>(p)].at[static_cast<std::size_t>(a)] *
+             mesh.points.row(mesh.cells(c, a)).transpose();
+      CHECK(std::abs(at_points[4 * c + p] - k * std::abs(x[2])) < tolerance);
+      CHECK(volumes[4 * c + p] ==
+            approx(signed_volumes(mesh.points, mesh.cells.row(c))[0] / 4).epsilon(tolerance));
+    }
   std::sort(neglected.rbegin(), neglected.rend());
   double volume = 0;
   std::size_t i = 0;
@@ -134,6 +150,28 @@ TEST_CASE("a percentile is one by volume: a thin slab counts once it is 0.1 % of
       CHECK(found.place[0] > 4 * (1 - share));
     }
   }
+}
+
+TEST_CASE("the strains of all points have the percentile and the largest that are measured") {
+  for (const StrainMeasure measure : {StrainMeasure::small, StrainMeasure::green})
+    for (const int order : {1, 2}) {
+      CAPTURE(order);
+      TetMesh mesh = block_mesh(Block{{0, 0, 0}, {1, 1, 1}, {6, 6, 6}});
+      if (order == 2) mesh = to_quadratic(mesh);
+      const Vector u =
+          displaced(mesh, [&](const Vector3& x) { return Vector3(0.2 * x[0] * x[1], x[2] * x[2], 0.3 * x[0]); });
+      StrainGauge gauge(mesh, measure);
+      const Strains found = gauge.measure(u);
+      const Vector strain = gauge.at_points(u), volume = gauge.volumes();
+      std::vector<std::ptrdiff_t> order_of(static_cast<std::size_t>(strain.size()));
+      std::iota(order_of.begin(), order_of.end(), 0);
+      std::stable_sort(order_of.begin(), order_of.end(), [&](auto a, auto b) { return strain[a] > strain[b]; });
+      CHECK(strain[order_of[0]] == found.largest);
+      double beyond = 0;
+      std::size_t i = 0;
+      while ((beyond += volume[order_of[i]]) <= StrainGauge::beyond * volume.sum()) ++i;
+      CHECK(strain[order_of[i]] == found.strain);
+    }
 }
 
 TEST_CASE("strains are the same for any number of threads and whatever was measured before") {

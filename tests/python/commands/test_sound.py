@@ -11,7 +11,7 @@ from scipy.io import wavfile
 
 import plica
 from complaints import refused
-from interrupted_runs import kill_after, longer, start
+from interrupted_runs import killed
 from plica.commands.main import main
 
 
@@ -68,11 +68,7 @@ def test_noise_is_added_with_its_level_and_again_with_its_seed(
 def test_a_killed_run_has_the_sound_of_its_part(
     tmp_path: Path, phonating: plica.Scene, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    longer(phonating, 30).save(tmp_path / "scene.toml")
-    process = start(tmp_path / "scene.toml", tmp_path / "run")
-    assert kill_after(process, tmp_path / "run", 40)
-    steps = plica.Run.load(tmp_path / "run").steps
-    assert 40 <= steps < 1200
+    steps = killed(phonating, tmp_path, 40)
     assert main(["sound", str(tmp_path / "run"), "-o", str(tmp_path / "v.wav")]) == 0
     said = capsys.readouterr()
     assert f"killed; the sound of {steps} of 1200 steps" in said.err

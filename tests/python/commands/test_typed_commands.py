@@ -25,6 +25,7 @@ FIRST_SESSION = (
     "plica examples scenes",
     "plica run scenes/first.toml -o runs/first",
     "plica uncertainty runs/first",
+    "plica view runs/first",
     "plica film runs/first -o clip.avi",
     "plica sound runs/first -o voice.wav",
 )
@@ -105,6 +106,7 @@ NOT_RUN = {
     "runs/test_reduction_full_run.py runs",
     r"plica sound .* (--aspiration|--distance) .*": "the same sound otherwise; commands/test_sound.py has "
     "each option",
+    r"plica view runs/first -o .*": "the same to another file; viewer/test_view.py has each option",
     r"plica film .* (--from|--size) .*": "films the same run otherwise; films/test_files.py has each option",
     r"plica video clip.avi .*": "a film of five cycles takes a minute; films/test_chain.py analyses one",
     r"plica video (frames/|larynx.cine|larynx.mp4|larynx.avi --fps 4000 --mm-per-px) .*": "the same on other "
@@ -139,6 +141,7 @@ PYTHON = {
     "docs/sound.md": ("sound/test_docs.py",),
     "docs/sweeps.md": ("sweep/test_docs.py",),
     "docs/uncertainty.md": ("here",),
+    "docs/view.md": ("viewer/test_view.py",),
 }
 """Which tests run the Python blocks of each page."""
 
@@ -225,6 +228,7 @@ def test_the_first_session_goes_as_it_is_shown(tmp_path: Path, monkeypatch: pyte
     for name in (
         "runs/first/report.html",
         "runs/first/fields.xdmf",
+        "runs/first/view.html",
         "clip.avi",
         "clip.truth.h5",
         "voice.wav",

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from extension.cpp import public_headers
 from repository import ROOT
 
 # Types of parameters in which no size or index can be wrong; whatever is not among them is to be tested.
@@ -50,14 +51,6 @@ EXCEPTIONS = {
     "waveforms_of scene": "asks what parts there are",
     "without_zero_blocks A": CHECKED,
 }
-
-
-def public_headers() -> Iterator[tuple[str, Path]]:
-    """Module and path of each."""
-    text = (ROOT / "CMakeLists.txt").read_text()
-    for module, headers in re.findall(r"plica_module\((\w+)[^)]*?PUBLIC_HEADERS ([^)]*)\)", text):
-        for name in headers.split():
-            yield module, ROOT / "cpp/plica" / module / name
 
 
 def closing(text: str, start: int, pair: str) -> int:

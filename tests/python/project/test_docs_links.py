@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from extension.cpp import public_headers
 from extension.pages import GROUPS, made
 from plica import __all__ as public
 from repository import ROOT
@@ -55,3 +56,16 @@ def test_every_public_name_has_a_page() -> None:
         assert f"[`{name}`](python/{name}.md)" in index
         assert len(PAGES[ROOT / "docs" / "reference" / "python" / f"{name}.md"]) > 40
     assert all(f"## {title}\n" in index for title in GROUPS)
+
+
+def test_every_public_header_of_the_engine_has_a_page() -> None:
+    headers = list(public_headers())
+    assert len(headers) > 20
+    assert len({path.name for _, path in headers}) == len(headers)  # pages name them without their folder
+    index = PAGES[ROOT / "docs" / "reference" / "cpp.md"]
+    for module, path in headers:
+        assert path.is_file()
+        assert f"[`{module}`](cpp/{module}.md)" in index
+        assert (
+            f".. doxygenfile:: {path.name}\n" in PAGES[ROOT / "docs" / "reference" / "cpp" / f"{module}.md"]
+        )

@@ -29,6 +29,7 @@ _MAY_IMPORT = {
     "plica.synthetic": _BASE | {"plica.video"},
     "plica.camera": _BASE,
     "plica.films": _BASE | {"plica.camera", "plica.storage"},
+    "plica.viewer": _BASE | _SHARED | {"plica.films", "plica.measures.run"},
     "plica.larynx_fit": _BASE | _SHARED | {"plica.camera", "plica.films", "plica.scene", "plica.video"},
     "plica.stability": _BASE | _SHARED | {"plica.runs", "plica.scene"},
     "plica.uncertainty": _BASE | _SHARED | _ABOVE_A_RUN,

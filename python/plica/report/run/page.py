@@ -29,7 +29,8 @@ def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None =
     run : MeasuredRun
         Finished, interrupted or failed; the page shows which.
     path : Path
-        Path of the page, which is replaced as a whole.
+        Path of the page, which is replaced as a whole. It links to the page of `plica view`, if that lies
+        beside it.
     uncertainty : Uncertainty, optional
         The estimate of the numerical uncertainty that its measures have, for its levels and remarks.
 
@@ -49,6 +50,7 @@ def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None =
         banner=banner(reading),
         cautions=given,
         remark=remark(reading, given),
+        view=path.with_name("view.html").is_file(),
         headlines=headlines(reading.measures) if voiced(reading) else [],
         tables=measured,
         marks=marks,
