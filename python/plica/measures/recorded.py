@@ -10,7 +10,8 @@ lowest limit to the highest before it falls back. Its cycle begins at the mean o
 which it rises through 20, 30 and 40 % of its own height over the least area before it, each by a cubic
 through the four samples about it: so a mark depends on one pulse, and on neither its height nor the frame
 grid. (Lower, the slits that a lens closes would move it; higher, it would mix two cycles where the period
-changes between pulses.) The first and the last cycle are complete.
+changes between pulses.) The first and the last cycle
+are complete, and the record has the crests of the pulses that bound them.
 
 The kind follows Titze (Workshop on Acoustic Voice Analysis, 1995) as far as cycles allow: *diplophonic* if
 pulses repeat in a pattern of two to four (:mod:`plica.measures.stationary`); *aperiodic* if no lag of the
@@ -34,6 +35,7 @@ from plica.measures.scale import SI, Scale
 from plica.measures.stationary import drifts, fewest, fit, of_amplitude, of_period, slope
 
 mark_shares = (0.2, 0.3, 0.4)  # of a pulse's height, around which its cycle starts
+_PASSED = 0.9  # of a pulse's height: a record that ends above it may not have the crest
 _LIMITS = (0.15, 0.25, 0.35)  # of the local range
 _REACH = 1.25  # periods on each side that define the local range
 _SILENT = 0.1  # of the whole range; a smaller local range is silence
@@ -101,6 +103,8 @@ def marks(time: Floats, signal: Floats) -> Floats:
         top = before + int(np.argmax(signal[before:begin])) if k else 0  # of the pulse before
         foot = float(signal[top : peak + 1].min())
         height = highest(time, signal, peak)[1] - foot
+        if end == signal.size and signal[peak:].min() > foot + _PASSED * height:
+            continue  # the record may end before the crest, and the height is not known
         levels = [foot + share * height for share in mark_shares]
         lowest = top + int(np.flatnonzero(signal[top : peak + 1] == foot)[-1])
         if lowest == 0:

@@ -107,7 +107,7 @@ def _of_frames(found: Judged) -> list[tuple[str, str]]:
 def _of_voice(found: Judged) -> list[tuple[str, str]]:
     """The same of the glottal area and its cycles."""
     doubts = [*found.doubts, *found.signals.doubts]
-    reasons = [("fair", f"{text[0].upper()}{text[1:]}.") for text in doubts]
+    reasons = [("fair", f"{text[0].upper()}{text[1:]}{'' if text.endswith('?') else '.'}") for text in doubts]
     if is_shaded(found.measures.values()):
         cause = "Light from one side" if is_lateral(found["sides/brightness"]) else "The outline is not sharp"
         reasons.append(("fair", f"{cause}: see the cautions of phase and amplitude asymmetry."))

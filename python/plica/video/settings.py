@@ -126,7 +126,8 @@ class Settings:
                 raise VideoError(f"Video: {name} = {frame!r}; must be the number of a frame, 0 or more.")
         if self.first is not None and self.last is not None and not self.first < self.last:
             raise VideoError(
-                f"Video: first = {self.first}, last = {self.last}; the last must come after the first."
+                f"Video: first = {self.first}, last = {self.last} (--from, --to); the last must come "
+                "after the first."
             )
         for name in ("fps", "mm_per_px", "rotation"):
             number = getattr(self, name)

@@ -66,7 +66,7 @@ def test_what_is_known_well_is_written_down_and_the_rest_has_its_reason() -> Non
 
 
 def test_the_first_page_has_both_and_the_reasons_of_the_light(tmp_path: Path) -> None:
-    np.save(tmp_path / "film.npy", _film())
+    np.save(tmp_path / "film.npy", _film(94))
     settings = Settings(fps=4000, correct_drift=False)
     found = analyse(tmp_path / "film.npy", tmp_path / "a", settings, until="glottis", progress=False)
     rows = {row.name: row for _, part in tables(found.measures) for row in part}
@@ -93,7 +93,7 @@ def test_the_reason_that_makes_the_light_what_it_is_comes_first(tmp_path: Path) 
 
 def test_what_comes_before_the_tables_is_printed_on_two_sheets(tmp_path: Path) -> None:
     weasyprint = pytest.importorskip("weasyprint")
-    np.save(tmp_path / "film.npy", _film())
+    np.save(tmp_path / "film.npy", _film(94))
     settings = Settings(fps=4000, correct_drift=False)
     found = analyse(tmp_path / "film.npy", tmp_path / "a", settings, until="glottis", progress=False)
     page = write_report(found).read_text()

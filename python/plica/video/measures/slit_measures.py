@@ -49,6 +49,11 @@ def open_besides(total: Floats, most: Floats, cycles: Cycles, time: npt.NDArray[
     closed = float(np.mean(total[part] < closure * total[part].max()))
     if closed >= 2 * _UNDER:
         return ""
+    if closed == 0:
+        return (
+            "the folds are never seen to close, and blur may hide a part of the gap all the time: the "
+            "interval has it"
+        )
     return (
         f"the folds seem closed for {100 * closed:.2g} % of the time, too little to tell closure from a slit "
         "that blur hides all the time: the interval has both"

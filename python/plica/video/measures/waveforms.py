@@ -107,15 +107,25 @@ def _placed(found: list[Measure], size: float) -> list[Measure]:
     return [item if item.quantity.angle else replace(item, cautions=(*item.cautions, said)) for item in found]
 
 
+def _lagging(item: Measure) -> Measure:
+    """A phase with a note which fold comes later."""
+    if not item.quantity.angle or item.value is None or item.value == 0:
+        return item
+    return replace(item, note=f"the {'right' if item.value > 0 else 'left'} fold lags; {item.note}")
+
+
 def _beside_still(found: list[Measure], amplitudes: list[float]) -> list[Measure]:
     """Without the phase of a fold that does not move, and without a ratio over its amplitude."""
     still = [f"{side} fold by {way:.2g} px" for side, way in zip(("left", "right"), amplitudes, strict=True)]
     least = " and the ".join(part for part, way in zip(still, amplitudes, strict=True) if way < edge_error)
     said = f"the {least} moves less than edges are placed to ({edge_error:g} px)"
     gone = {"left_right_phase"} | ({"amplitude_ratio"} if amplitudes[0] < edge_error else set())
+    moves = {side for side, way in zip(("left", "right"), amplitudes, strict=True) if way >= edge_error}
     return [
         absent(item.name, f"undefined: {said}")
         if item.name in gone
+        else item
+        if item.quantity.side in moves
         else replace(item, cautions=(*item.cautions, said))
         for item in found
     ]
@@ -325,7 +335,7 @@ def _of_sides(
     between = f"the left fold being the one {sides[0]}"
     edges = size * area.left_edge, size * area.right_edge
     found = [
-        *_placed(side_measures(time, *edges, cycles, sides, between), size),
+        *map(_lagging, _placed(side_measures(time, *edges, cycles, sides, between), size)),
         _area_asymmetry(time, area, cycles, between),
     ]
     if length:

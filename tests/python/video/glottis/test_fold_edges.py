@@ -268,6 +268,8 @@ def test_no_phase_and_no_ratio_is_made_of_a_fold_that_stands_still() -> None:
         assert f"the {side} fold by 0 px moves less than" in found["left_right_phase"].note
         assert (found["amplitude_ratio"].value is None) == (side == "left")
         assert any("moves less than" in said for said in found["amplitude_asymmetry"].cautions)
+        moving = "right" if side == "left" else "left"
+        assert not any("moves less than" in said for said in found[f"amplitude_{moving}"].cautions)
 
 
 def _film(left: Fold, right: Fold) -> np.ndarray:
