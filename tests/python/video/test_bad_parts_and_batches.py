@@ -56,7 +56,10 @@ _PART = [
     (["--from", "5", "--to", "1000"], "frames 5 to 1000; must be two or more, in [0, 29]"),
     (["--to", "0"], "argument --to: 0; must be a whole number from 1"),
     (["--to", "-1"], "argument --to: -1; must be a whole number from 1"),
-    (["--from", "10", "--to", "9"], "first = 10, last = 9 (--from, --to); the last must come after the first"),
+    (
+        ["--from", "10", "--to", "9"],
+        "first = 10, last = 9 (--from, --to); the last must come after the first",
+    ),
     (["--from", "5", "--to", "5"], "first = 5, last = 5 (--from, --to); the last must come after the first"),
     (["--from", "-3", "--to", "9"], "first = -3; must be the number of a frame, 0 or more"),
     (["--from", "1.5"], "argument --from: 1.5; must be a whole number"),

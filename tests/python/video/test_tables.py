@@ -131,6 +131,7 @@ def test_several_recordings_have_a_folder_each_and_one_table(
     assert rows[1]["error"]
     assert rows[0]["light"] in ("green", "amber", "red")
     assert rows[0]["light_reasons"]
+    assert "jitter" in rows[0]["not_to_write_down"].split(", ")  # of four cycles
     assert float(rows[0]["fundamental_frequency (Hz)"]) == pytest.approx(200, rel=0.02)
     assert float(rows[0]["amplitude_left low (px)"]) < float(rows[0]["amplitude_left high (px)"])
 

@@ -11,7 +11,7 @@ from plica.report.wording import Row
 from plica.video.analysis import Analysis
 from plica.video.measures.waveforms import edge_error
 
-__all__ = ["Recorded", "summary"]
+__all__ = ["Recorded", "not_to_write_down", "summary"]
 
 _WIDEST = {
     "fundamental_frequency": (0.05, "value"),
@@ -49,6 +49,11 @@ def summary(found: Analysis, rows: dict[str, Row]) -> tuple[list[Recorded], list
     """
     judged = [Recorded(rows[name], _reason(found.measures[name])) for name in _WIDEST if name in rows]
     return [one for one in judged if not one.reason], [one for one in judged if one.reason]
+
+
+def not_to_write_down(found: Analysis) -> list[str]:
+    """Names of the measures that people ask for first of which the summary says not to write them down."""
+    return [name for name in _WIDEST if name in found.measures and _reason(found.measures[name])]
 
 
 def _reason(item: Measure) -> str:

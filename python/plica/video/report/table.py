@@ -1,10 +1,11 @@
-"""A recording as a row of the table of many: its light and why, and every measure that it has."""
+"""A recording as a row of the table of many: its light and why, what not to write down, and every measure."""
 
 from __future__ import annotations
 
 from plica.storage.table import heading
 from plica.video.analysis import Analysis
 from plica.video.light import light_of
+from plica.video.report.summary import not_to_write_down
 
 __all__ = ["row_of"]
 
@@ -21,6 +22,7 @@ def row_of(found: Analysis) -> dict[str, object]:
         "frames": found.count,
         "light": light.shown,
         "light_reasons": light.said.strip(),
+        "not_to_write_down": ", ".join(not_to_write_down(found)),
     }
     for item in found.measures.values():
         if item.value is None:
