@@ -19,7 +19,7 @@ from plica.measures.contour import narrowest_gap, rest_contour
 from plica.scene.held import MeshArrays, fixed_components
 from plica.scene.initial import initial_fields
 from plica.scene.mesh.overlap import find_overlap
-from plica.scene.mesh.parts import MeshFile
+from plica.scene.mesh.parts import Larynx, MeshFile
 from plica.scene.symmetry import symmetry_planes
 
 if TYPE_CHECKING:
@@ -217,7 +217,11 @@ def turned_airway(bodies: Bodies) -> Caution | None:
     """With an airflow, the airway is nowhere as narrow from left to right as from front to back: as of a mesh
     whose axes are others. The flow takes x as lateral, y from back to front and z upward."""
     airflow = bodies.scene.airflow
-    if airflow is None or airflow.surface not in bodies.mesh.surfaces:
+    if (
+        airflow is None
+        or airflow.surface not in bodies.mesh.surfaces
+        or isinstance(bodies.scene.mesh, Larynx)
+    ):
         return None
     faces = np.asarray(bodies.mesh.surfaces[airflow.surface])[:, :3]
     exchanged = bodies.points[:, [1, 0, 2]], faces[:, ::-1]  # x and y: a mirror image, whose faces turn over
