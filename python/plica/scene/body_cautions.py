@@ -289,8 +289,8 @@ def coarse_lesion(bodies: Bodies) -> Caution | None:
                 "coarse_lesion",
                 f"mesh.folds.lesions[{k}] protrudes by {1e3 * lesion.protrusion:.3g} mm, and at no node "
                 f"of the mesh by more than {1e3 * seen:.3g} mm.",
-                "Take more mesh lines around the airway, mesh.options.around, a smaller mesh.options.size, or "
-                "a larger lesion.",
+                "Take more mesh lines around the airway, mesh.options.around, a smaller mesh.options.size, "
+                "or a larger lesion.",
             )
     return None
 
