@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 import numpy as np
@@ -27,11 +26,6 @@ class Chink(Part):
     """[m] Where it is widest, on top of the gap there."""
     length: PositiveLength
     """[m] From the back end of the glottis forward; at most that of the folds."""
-
-    @property
-    def area(self) -> float:
-        """[m^2] By how much it widens each section of the glottis."""
-        return 9 / 16 * self.width * self.length
 
     def half_width(self, from_back: Floats) -> Floats:
         """Of one fold (m), at distances (m) from the back end of the glottis."""
@@ -69,12 +63,6 @@ class Lesion(Part):
     def sign(self) -> float:
         """Of x in its fold."""
         return -1.0 if self.fold == "left" else 1.0
-
-    @property
-    def volume(self) -> float:
-        """[m^3] All of it lying in tissue: half an ellipsoid and what protrudes."""
-        along, up, depth = self.size
-        return math.pi / 4 * along * up * (2 / 3 * depth + self.protrusion / 3)
 
     def _inside(self, y: Floats, z: Floats, middle: tuple[float, float]) -> Floats:
         """1 - r^2 of places, r = 1 at the rim; 0 beyond."""
