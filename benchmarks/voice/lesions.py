@@ -1,7 +1,7 @@
 """Voices of larynges with a lesion, beside a healthy one: what it does to sound, phase and contact.
 
     python -m benchmarks.voice.lesions --picture lesions.png   # the examples' own mesh and step
-    python -m benchmarks.voice.lesions --accuracy              # half the step, and another mesh
+    python -m benchmarks.voice.lesions --accuracy "mesh demo" --voices paralysis chink
 
 The scenes are examples/polyp.toml, paralysis.toml and chink.toml; "healthy" is the same voice on the same
 mesh without what they have, "gap of the polyp" has that alone; in "stiffer" and "slacker" more of it
@@ -154,7 +154,7 @@ def row(name: str, varied: str, scene: plica.Scene, start: float, panels: list[P
 
 
 def rows(options: Any, panels: list[Panel] | None) -> Iterator[list[object]]:
-    changed = ACCURACY if options.accuracy else {"as it is": {}}
+    changed = {text: ACCURACY[text] for text in options.accuracy} or {"as it is": {}}
     for name, scene in scenes().items():
         if name in (options.voices or (name,)):
             for text, changes in changed.items():
@@ -165,7 +165,7 @@ def rows(options: Any, panels: list[Panel] | None) -> Iterator[list[object]]:
 if __name__ == "__main__":
     parser = script_parser(__doc__)
     parser.add_argument("--voices", nargs="+", choices=tuple(scenes()))
-    parser.add_argument("--accuracy", action="store_true", help="vary step and mesh")
+    parser.add_argument("--accuracy", nargs="+", default=(), choices=tuple(ACCURACY), help="vary these")
     parser.add_argument("--from", dest="start", type=float, default=0.15, metavar="S")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the voices")
     chosen = parser.parse_args()

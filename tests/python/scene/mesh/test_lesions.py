@@ -14,6 +14,7 @@ from plica.report.glottis import draw_glottis
 from plica.runs.lesions import lesion_cells, lesion_text
 from plica.runs.materials import materials_of
 from plica.scene.mesh.build import build_mesh
+from plica.scene.symmetry import nearest_image
 
 MM = 1e-3
 SIZES = {
@@ -196,6 +197,17 @@ def test_a_chink_of_like_folds_is_symmetric() -> None:
     )
     for name in ("flow", "minimum_area"):
         np.testing.assert_allclose(half[name], whole[name], rtol=1e-6)
+
+
+@pytest.mark.parametrize("around", [12, 16, 24])
+@pytest.mark.parametrize("folds", [{"left_gap": 0.9 * MM}, {"lesions": [POLYP]}])
+def test_nodes_of_unlike_folds_stay_partners(folds: dict[str, Any], around: int) -> None:
+    """Also in the middle of sides, which are less curved where cells would fold over."""
+    points = np.asarray(build_mesh(scene_of(folds, around=around).mesh).points)
+    before = np.asarray(build_mesh(scene_of({}, around=around).mesh).points)
+    image = nearest_image(before, 0)
+    np.testing.assert_allclose(points[image, 1:], points[:, 1:], atol=1e-15)
+    assert (points[image, 0] != -points[:, 0]).any()
 
 
 def test_a_posture_and_large_strain_keep_the_lesion_where_it_is_in_the_tissue() -> None:
