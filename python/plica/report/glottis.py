@@ -80,7 +80,7 @@ def _axis(mesh: _engine.TetMesh, names: tuple[str, str, str]) -> str:
 
 
 def _paint_coronal(
-    axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array, lesions: Sequence[Array]
+    axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array, lesions: Sequence[Array] = ()
 ) -> None:
     """Layers in the middle plane, or in that of a lesion."""
     z, smaller, larger = rest_contour(points, faces).T
@@ -117,7 +117,7 @@ def _paint_coronal(
 
 
 def _paint_above(
-    axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array, lesions: Sequence[Array]
+    axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array, lesions: Sequence[Array] = ()
 ) -> None:
     """The narrowest opening at each place along the glottis."""
     from scipy.spatial import ConvexHull
