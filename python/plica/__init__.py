@@ -50,6 +50,10 @@ _PARTS = {
     "plica.runs.scene_mesh": ("scene_mesh",),
     "plica.scene.mesh.build": ("build_mesh",),
     "plica.scene.mesh.folds": ("Folds",),
+    "plica.scene.mesh.lesion": (
+        "Chink",
+        "Lesion",
+    ),
     "plica.scene.mesh.parts": (
         "Block",
         "Blocks",

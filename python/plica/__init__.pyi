@@ -25,6 +25,8 @@ from plica.runs.run import run as run
 from plica.runs.scene_mesh import scene_mesh as scene_mesh
 from plica.scene.mesh.build import build_mesh as build_mesh
 from plica.scene.mesh.folds import Folds as Folds
+from plica.scene.mesh.lesion import Chink as Chink
+from plica.scene.mesh.lesion import Lesion as Lesion
 from plica.scene.mesh.parts import Block as Block
 from plica.scene.mesh.parts import Blocks as Blocks
 from plica.scene.mesh.parts import Larynx as Larynx

@@ -190,6 +190,16 @@ tissue.cover.viscosity = 0.14""",
         "posture.elongation = 0.1\ntissue.body.nu = 0.3\ntissue.ligament.nu = 0.3\ntissue.cover.nu = 0.3\n"
         'airflow.subglottal_pressure = "0.25 kPa"',
     ),
+    "coarse_lesion": Given(
+        LARYNX,
+        """\
+without mesh.options
+mesh.larynx = "coarse"
+mesh.folds.lesions = [{ fold = "left", from_front = 5.5e-3, size = [2e-3, 2e-3, 1e-3], protrusion = 2e-4 }]
+airflow.subglottal_pressure = "0.2 kPa"
+initial.opening_velocity = "0.02 m/s"
+""",
+    ),
     "free_body": Given(BLOCKS, 'supports.fixed = ["a.x_min"]'),
     "open_ends": Given(LARYNX, 'supports.fixed = ["ends"]\nairflow.subglottal_pressure = "0.2 kPa"'),
     "overlapping_bodies": Given(BLOCKS, 'without contact\nmesh.blocks.b.corner = ["9.9 mm", "1 mm", 0]'),

@@ -36,17 +36,18 @@ def add_commands(commands: Any) -> None:
 
 def _mesh(options: argparse.Namespace) -> int:
     import plica
+    from plica.runs.lesions import lesion_cells, lesion_text
     from plica.scene.mesh.summary import mesh_summary, write_mesh
     from plica.scene.plausibility import scene_cautions
 
     scene = plica.Scene.load(options.scene)
     mesh = plica.scene_mesh(scene)
-    print(mesh_summary(mesh))
+    print(mesh_summary(mesh) + lesion_text(scene, mesh))
     print_cautions(scene_cautions(scene, mesh))
     if options.picture is not None:
         from plica.report.glottis import draw_glottis
 
-        draw_glottis(mesh, options.picture)
+        draw_glottis(mesh, options.picture, lesion_cells(scene, mesh))
         print(f"drawn: {options.picture}")
     if options.output is not None:
         write_mesh(mesh, options.output)

@@ -9,6 +9,8 @@ __all__ = ["NOT_MODELLED", "SYNONYMS", "names_for", "not_modelled"]
 _STIFFNESS = ("tissue.NAME.E", "tissue.NAME.E_fibre", "tissue.NAME.mu_fibre", "tissue.NAME.mu_transverse")
 _PRESSURE = ("airflow.subglottal_pressure",)
 _MUSCLES = ("posture.muscles", "posture.elongation", "posture.active_stress")
+_LESION = ("mesh.folds.lesions", "mesh.folds.lesions.stiffness", "mesh.folds.lesions.protrusion")
+_ASIDE = ("mesh.folds.left_gap", "mesh.folds.right_gap", "tissue.NAME.left", "tissue.NAME.right")
 _SOUND = ("sound_pressure_level", "glottal_efficiency", "sound_h1_h2", "sound_cepstral_peak_prominence")
 
 SYNONYMS: dict[str, tuple[str, ...]] = {
@@ -38,7 +40,9 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "impact stress": ("peak_contact_pressure",),
     "mucosal wave": ("vertical_phase_difference",),
     "tension": ("tissue.NAME.E_fibre", "tissue.NAME.mu_fibre", "tissue.NAME.left", "tissue.NAME.right"),
-    "paresis": ("tissue.NAME.left", "tissue.NAME.right"),
+    **dict.fromkeys(("paresis", "paralysis", "lateral fold"), _ASIDE),
+    **dict.fromkeys(("lesion", "polyp", "nodule", "nodules", "cyst", "scar", "oedema", "edema"), _LESION),
+    **dict.fromkeys(("chink", "posterior gap", "posterior chink"), ("mesh.folds.posterior_chink",)),
     "asymmetry": (
         "tissue.NAME.left",
         "tissue.NAME.right",

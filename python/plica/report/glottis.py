@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ __all__ = ["draw_glottis"]
 
 _SUFFIXES = (".svg", ".png", ".pdf")
 _LAYERS = ("#e3b7a0", "#f0d28c", "#d2603a", "#8d66bf", "#3f9b6c", "#3b82c4")
+_LESION = "#5b1a3a"
 _INK = ("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color")
 _PAPER: dict[str, Any] = {
     **dict.fromkeys(_INK, "black"),
@@ -36,8 +38,15 @@ _PLACES = 400  # from back to front
 _ACROSS, _ALONG = ("left", "x (mm)", "right"), ("back", "y (mm)", "front")
 
 
-def draw_glottis(mesh: _engine.TetMesh, path: Path) -> None:
+def draw_glottis(mesh: _engine.TetMesh, path: Path, lesions: Sequence[Array] = ()) -> None:
     """Draw the middle plane and the view from above to an SVG, PNG or PDF file.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+    path : Path
+    lesions : sequence of (any)
+        The cells of each lesion. They are marked, and the plane is that of the middle of the first.
 
     Raises
     ------
@@ -56,8 +65,8 @@ def draw_glottis(mesh: _engine.TetMesh, path: Path) -> None:
     with mpl.rc_context(settings):
         figure = Figure(figsize=(9.5, 4.2), layout="constrained")
         coronal, above = figure.subplots(1, 2)
-        _paint_coronal(coronal, mesh, points, faces)
-        _paint_above(above, mesh, points, faces)
+        _paint_coronal(coronal, mesh, points, faces, lesions)
+        _paint_above(above, mesh, points, faces, lesions)
         options: dict[str, Any] = {"format": path.suffix.lower()[1:]}
         if options["format"] == "svg":
             options["metadata"] = {"Date": None}
@@ -70,8 +79,10 @@ def _axis(mesh: _engine.TetMesh, names: tuple[str, str, str]) -> str:
     return (" " * 10).join(names[::direction]) if direction else names[1]
 
 
-def _paint_coronal(axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array) -> None:
-    """Layers in the middle plane."""
+def _paint_coronal(
+    axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array, lesions: Sequence[Array] = ()
+) -> None:
+    """Layers in the middle plane, or in that of a lesion."""
     z, smaller, larger = rest_contour(points, faces).T
     width = larger - smaller
     near = z[width <= width.min() + _WIDER]
@@ -79,29 +90,44 @@ def _paint_coronal(axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Arr
     middle = float(0.5 * (smaller + larger)[width.argmin()])
     y = points[np.unique(faces), 1]
     layer, cells = np.asarray(mesh.cell_layer), np.asarray(mesh.cells)[:, :4]
+    plane = 0.5 * float(y.min() + y.max())
+    title = "middle plane"
+    if lesions:
+        extent = points[cells[lesions[0]], 1]
+        plane = 0.5 * float(extent.min() + extent.max())
+        title = f"y = {plane:.2g} mm, through the lesion"
     for number, name in enumerate(mesh.layer_names):
-        polygons = plane_cut(points[cells[layer == number]], 0.5 * float(y.min() + y.max()))
+        polygons = plane_cut(points[cells[layer == number]], plane)
         colour = _LAYERS[number % len(_LAYERS)]
         axes.add_collection(PolyCollection(polygons, facecolor=colour, edgecolor=colour, linewidth=0.3))
         axes.plot([], [], color=colour, linewidth=6, label=name)
+    for own in lesions:
+        axes.add_collection(PolyCollection(plane_cut(points[cells[own]], plane), color=_LESION))
+    if lesions:
+        axes.plot([], [], color=_LESION, linewidth=6, label="lesion")
     axes.set(
         xlim=(middle - 1.3 * reach, middle + 1.3 * reach),
         ylim=(height - reach, height + reach),
         aspect="equal",
         xlabel=_axis(mesh, _ACROSS),
         ylabel="z (mm), upward",
-        title="middle plane",
+        title=title,
     )
-    axes.legend(loc="upper center", ncols=len(mesh.layer_names))
+    axes.legend(loc="upper center", ncols=len(mesh.layer_names) + bool(lesions))
 
 
-def _paint_above(axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array) -> None:
+def _paint_above(
+    axes: Axes, mesh: _engine.TetMesh, points: Floats, faces: Array, lesions: Sequence[Array] = ()
+) -> None:
     """The narrowest opening at each place along the glottis."""
     from scipy.spatial import ConvexHull
 
     y, left, right = narrowest(points, faces)
     outline = points[ConvexHull(points[:, :2]).vertices, :2]
     axes.fill(*outline.T, color=tissue)
+    for own in lesions:
+        seen = points[np.unique(np.asarray(mesh.cells)[own, :4]), :2]
+        axes.fill(*seen[ConvexHull(seen).vertices].T, color=_LESION)
     axes.fill_betweenx(y, left, right, color=air)
     widest = int(np.argmax(right - left))
     length = float(np.ptp(points[np.unique(faces), 1]))

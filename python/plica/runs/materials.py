@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.runs.lesions import with_lesions
 from plica.scene.mesh.fibres import mirrored_fibres
 from plica.scene.scene import Scene
 from plica.scene.tissue import Tissue
@@ -37,7 +38,8 @@ def materials_of(
     """Materials, their names, e.g. ``cover.left``, and the material of each cell (m).
 
     In the images of a mirrored mesh the fibre is mirrored too: where that is another direction, they have a
-    material of their own, e.g. ``cover.left.front``. A fibre given for one side is that of this side.
+    material of their own, e.g. ``cover.left.front``. A fibre given for one side is that of this side. Cells
+    of a lesion have one for each share that they have of it, ``cover.lesion.1``, behind all others.
     """
     layers = mesh.layer_names
     for layer in scene.tissue:
@@ -76,7 +78,7 @@ def materials_of(
                     f"{scene.source}: tissue.{layer}.{side} has no tetrahedra; the mesh must define which "
                     "belong to that side. See mesh.sides."
                 )
-    return materials, names, cell_material
+    return materials, names, with_lesions(scene, mesh, materials, names, cell_material)
 
 
 def _known_layer(scene: Scene, layer: str, layers: list[str]) -> None:

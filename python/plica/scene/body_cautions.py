@@ -16,10 +16,11 @@ from plica import _engine
 from plica.errors import SceneError
 from plica.measures.caution import Caution
 from plica.measures.contour import narrowest_gap, rest_contour
-from plica.scene.held import MeshArrays, fixed_components
+from plica.scene.held import MeshArrays, fixed_components, places_at_rest
 from plica.scene.initial import initial_fields
+from plica.scene.mesh.folds import Folds
 from plica.scene.mesh.overlap import find_overlap
-from plica.scene.mesh.parts import MeshFile
+from plica.scene.mesh.parts import Larynx, MeshFile
 from plica.scene.symmetry import symmetry_planes
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ __all__ = ["CHECKS", "Bodies", "body_cautions"]
 
 _FREE_END = 0.5  # share of its area; of an end that is held, edges may be free
 _SAME_GAP = 0.2  # of that at rest
+_MUCH_OF_A_BUMP = 0.9  # that a node of the mesh has to have
 _IN_PLANE = 1e-9  # of the mesh's extent
 _ACROSS = np.cos(np.pi / 4)  # of the angle between y and the normal of an end's faces
 
@@ -217,7 +219,7 @@ def turned_airway(bodies: Bodies) -> Caution | None:
     """With an airflow, the airway is nowhere as narrow from left to right as from front to back: as of a mesh
     whose axes are others. The flow takes x as lateral, y from back to front and z upward."""
     airflow = bodies.scene.airflow
-    if airflow is None or airflow.surface not in bodies.mesh.surfaces:
+    if airflow is None or airflow.surface not in bodies.mesh.surfaces or _folds(bodies.scene) is not None:
         return None
     faces = np.asarray(bodies.mesh.surfaces[airflow.surface])[:, :3]
     exchanged = bodies.points[:, [1, 0, 2]], faces[:, ::-1]  # x and y: a mirror image, whose faces turn over
@@ -273,6 +275,31 @@ def posture_gap(bodies: Bodies) -> Caution | None:
     )
 
 
+def coarse_lesion(bodies: Bodies) -> Caution | None:
+    """What protrudes of a lesion falls between the nodes of the mesh: the airway has none near its top."""
+    folds = _folds(bodies.scene)
+    if folds is None or not folds.lesions:
+        return None
+    nodes = np.unique(np.asarray(bodies.mesh.surfaces["airway"]))
+    _, y, z = places_at_rest(bodies.mesh)[nodes].T
+    for k, lesion in enumerate(folds.lesions):
+        seen = float(lesion.bump(y, z, folds.middle_of(lesion)).max())
+        if seen < _MUCH_OF_A_BUMP * lesion.protrusion:
+            return Caution(
+                "coarse_lesion",
+                f"mesh.folds.lesions[{k}] protrudes by {1e3 * lesion.protrusion:.3g} mm, and at no node "
+                f"of the mesh by more than {1e3 * seen:.3g} mm.",
+                "Take more mesh lines around the airway, mesh.options.around, a smaller mesh.options.size, "
+                "or a larger lesion.",
+            )
+    return None
+
+
+def _folds(scene: Scene) -> Folds | None:
+    """The sizes of a parametric larynx; None of another mesh or larynx."""
+    return scene.mesh.folds if isinstance(scene.mesh, Larynx) else None
+
+
 CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     free_body,
     open_ends,
@@ -280,4 +307,5 @@ CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     turned_airway,
     wall_not_held,
     posture_gap,
+    coarse_lesion,
 )

@@ -2,49 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from plica.scene import composition_faults as faults
-from plica.scene.composition_faults import Fault
+from plica.scene.combination import Combination
 from plica.scene.part import problem
 
-__all__ = ["COMBINATIONS", "Combination", "require_combinable"]
-
-
-@dataclass(frozen=True)
-class Combination:
-    """A combination that is refused.
-
-    Attributes
-    ----------
-    of : str
-        Class of the part in which it is looked for.
-    option, other : str
-        What cannot be combined, as keys of the scene.
-    must : str
-        What must hold of the option instead.
-    reason : str
-        Why.
-    kind : {"physics", "construction"}
-        construction: it could be built.
-    found : callable
-        Path of the option in a part, and the value that is shown, where the part has both; else None.
-    """
-
-    of: Literal["Scene", "Airflow", "Contact", "Stepping", "MeshFile"]
-    option: str
-    other: str
-    must: str
-    reason: str
-    kind: Literal["physics", "construction"]
-    found: Callable[[Any], Fault]
-
-    @property
-    def relation(self) -> str:
-        """What must hold, and why, as in messages."""
-        return f"{self.must} with {self.other}: {self.reason}"
+__all__ = ["COMBINATIONS", "require_combinable"]
 
 
 def require_combinable(part: Any) -> None:
@@ -169,6 +133,35 @@ COMBINATIONS = (
         "all boxes are divided along the same diagonals. Use a larynx, or a symmetric mesh file.",
         "physics",
         lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and faults.boxes(scene) else None,
+    ),
+    Combination(
+        "Scene",
+        "symmetry",
+        "mesh.folds.lesions, mesh.folds.left_gap, mesh.folds.right_gap",
+        "must be left out",
+        'left and right differ. With voice: without = ["symmetry"].',
+        "physics",
+        lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and faults.unlike(scene) else None,
+    ),
+    Combination(
+        "Scene",
+        'symmetry = "quarter"',
+        "mesh.folds.posterior_chink",
+        'must be "half", or left out',
+        "front and back differ.",
+        "physics",
+        lambda scene: (
+            (("symmetry",), "quarter") if scene.symmetry == "quarter" and faults.chink(scene) else None
+        ),
+    ),
+    Combination(
+        "Scene",
+        'airflow.area = "elliptic"',
+        "mesh.folds.posterior_chink, mesh.folds.lesions",
+        'must be "cut"',
+        "a glottis with a chink, or in which a lesion stands, is no ellipse.",
+        "physics",
+        faults.ellipse_with_a_chink,
     ),
     Combination(
         "Scene",

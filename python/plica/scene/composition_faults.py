@@ -11,9 +11,11 @@ __all__ = [
     "Fault",
     "begins_with_a_flow",
     "boxes",
+    "chink",
     "contact",
     "coupled_once",
     "course_of_a_flow",
+    "ellipse_with_a_chink",
     "explicit_between_tubes",
     "given_flow",
     "has_nitsche",
@@ -32,6 +34,7 @@ __all__ = [
     "surface_mass_at_posture",
     "swung_in_the_flow",
     "tube_without_airflow",
+    "unlike",
     "unlike_multipliers",
 ]
 
@@ -75,6 +78,28 @@ def has_nitsche(scene: Any) -> bool:
 def boxes(scene: Any) -> str | None:
     name = type(scene.mesh).__name__
     return name.lower() if name in ("Block", "Blocks") else None
+
+
+def _folds(scene: Any) -> Any:
+    return getattr(scene.mesh, "folds", None)
+
+
+def chink(scene: Any) -> bool:
+    folds = _folds(scene)
+    return folds is not None and folds.posterior_chink is not None
+
+
+def unlike(scene: Any) -> bool:
+    """Whether left and right differ by the shape or the tissue of the folds."""
+    folds = _folds(scene)
+    return folds is not None and folds.unlike_sides
+
+
+def ellipse_with_a_chink(scene: Any) -> Fault:
+    folds = _folds(scene)
+    if folds is None or scene.airflow is None or scene.airflow.area.elliptic is None:
+        return None
+    return (("airflow", "area"), "elliptic") if folds.lesions or folds.posterior_chink is not None else None
 
 
 def initial_of_glottis(scene: Any) -> Fault:

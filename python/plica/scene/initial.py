@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.scene.held import MeshArrays, places_at_rest
 from plica.scene.mesh.changed import changed_mesh
+from plica.scene.mesh.fold_surface import sides_of_nodes
 from plica.scene.mesh.parts import Larynx
 from plica.scene.opening import Glottis, opening_pattern
 from plica.scene.scene import Scene
@@ -34,7 +35,8 @@ def initial_fields(
     ):
         field = np.zeros_like(points)
         if size is not None:
-            field += size * opening_pattern(at_rest, _glottis(scene, mesh, f"initial.opening_{name}"))
+            glottis = _glottis(scene, mesh, f"initial.opening_{name}")
+            field += size * opening_pattern(at_rest, glottis, _sides(scene, mesh))
         nodes = {
             region: _nodes_of(region, mesh, f"{scene.source}: initial.{name}.{region}") for region in uniform
         }
@@ -47,6 +49,14 @@ def initial_fields(
         field[fixed] = 0.0
         found.append(field if field.any() else None)
     return found[0], found[1]
+
+
+def _sides(scene: Scene, mesh: MeshArrays) -> _Reals | None:
+    """To which fold nodes belong (n) where a lesion may stand across the middle plane; None elsewhere."""
+    folds = scene.mesh.folds if isinstance(scene.mesh, Larynx) else None
+    if folds is None or not folds.lesions:
+        return None
+    return sides_of_nodes(np.asarray(mesh.cells), np.asarray(mesh.cell_side), len(mesh.points))
 
 
 def _glottis(scene: Scene, mesh: MeshArrays, key: str) -> Glottis:

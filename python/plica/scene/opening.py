@@ -100,9 +100,9 @@ class Glottis:
         )
 
 
-def opening_pattern(points: _Reals, glottis: Glottis) -> _Reals:
+def opening_pattern(points: _Reals, glottis: Glottis, side: _Reals | None = None) -> _Reals:
     """The lateral opening pattern of `Initial`, (n, 3), equal to one at the superior edge of the medial
-    surface."""
+    surface. Of points of the folds (n): -1 left, 1 right; default: by the sign of x."""
     b, length, contour = glottis.major, glottis.length, glottis.contour
     edge = medial_surface(2.0 * contour[:, 1], contour[:, 0]).stop - 1
     z_edge, a = contour[edge]
@@ -114,12 +114,13 @@ def opening_pattern(points: _Reals, glottis: Glottis) -> _Reals:
     ratio = np.divide(z - z_edge, reach, out=(z != z_edge).astype(float), where=reach != 0)
     along = np.where(inside, np.cos(0.5 * np.pi * y / b), 0.0)
     height = 0.5 * (1 + np.cos(np.pi * np.clip(ratio, 0.0, 1.0)))
-    stretch = np.where(x < 0, *glottis.wall) / length
+    sign = np.sign(x) if side is None else side
+    stretch = np.where(sign < 0, *glottis.wall) / length
     wall = stretch * np.sqrt(np.maximum(length**2 - y**2, 0.0))
     airway = a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0))
-    depth = np.clip((wall - np.abs(x)) / np.where(inside, wall - airway, 1.0), 0.0, 1.0)
+    depth = np.clip((wall - sign * x) / np.where(inside, wall - airway, 1.0), 0.0, 1.0)
     pattern = np.zeros_like(points)
-    pattern[:, 0] = np.sign(x) * along * height * depth
+    pattern[:, 0] = sign * along * height * depth
     return pattern
 
 

@@ -248,6 +248,8 @@ class Scene(Part):
         ):
             for name in [name for name, field in table.items() if field in ({}, [])]:
                 del table[name]
+        if not (folds := data["mesh"].get("folds") or {}).get("lesions", True):
+            del folds["lesions"]
         if data.get("supports") == {}:  # held by nothing, which an empty table does not say
             data["supports"] = {"fixed": []}
         if isinstance(self.mesh, Larynx):

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import plica
-from plica.scene.composition import COMBINATIONS, Combination
+from plica.scene.combination import Combination
+from plica.scene.composition import COMBINATIONS
 
 PART = {"file": "part.msh", "mirror": "fold"}
 EXPLICIT = {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}}
@@ -61,6 +62,22 @@ CHANGES: dict[tuple[str, str], dict[str, Any]] = {
         "airflow.coupling": "extrapolated",
     },
     ("symmetry", "mesh.block or mesh.blocks"): {**ON_BOX, "symmetry": "half", "initial": None},
+    ("symmetry", "mesh.folds.lesions, mesh.folds.left_gap, mesh.folds.right_gap"): {
+        "mesh": plica.Larynx(larynx="coarse", folds=plica.Folds(left_gap=1e-3)),
+        "symmetry": "half",
+    },
+    ('symmetry = "quarter"', "mesh.folds.posterior_chink"): {
+        "mesh": plica.Larynx(
+            larynx="coarse", folds=plica.Folds(posterior_chink=plica.Chink(width=1e-3, length=4e-3))
+        ),
+        "symmetry": "quarter",
+    },
+    ('airflow.area = "elliptic"', "mesh.folds.posterior_chink, mesh.folds.lesions"): {
+        "mesh": plica.Larynx(
+            larynx="coarse", folds=plica.Folds(posterior_chink=plica.Chink(width=1e-3, length=4e-3))
+        ),
+        "airflow.area": "elliptic",
+    },
     ("initial.opening_velocity, initial.opening_displacement", "mesh.block or mesh.blocks"): {
         **ON_BOX,
         "initial": {"opening_velocity": 1.0},

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from plica.scene.mesh.fold_surface import FoldSurface
+from plica.scene.mesh.lesion import Chink, Lesion
 from plica.scene.part import Part, problem
 from plica.units import Angle, Length
 
@@ -36,10 +39,10 @@ _LEAST_END = 0.3e-3  # m, of tissue between the ends of the glottis and the wall
 class Folds(Part):
     """The shape of both folds, in the terms in which they are measured.
 
-    Left and right are mirror images, and front and back. The airway is an ellipse at each height, as long as
-    the glottis; in the middle plane a fold has an inferior surface, a lower edge, a medial surface, an upper
-    edge at z = 0, and a superior surface that is nearly level. What is left out has the size of the thesis's
-    larynx, whose edges are cut, not round."""
+    Left and right are mirror images, and front and back, but for the last four keys. The airway is an ellipse
+    at each height, as long as the glottis; in the middle plane a fold has an inferior surface, a lower edge,
+    a medial surface, an upper edge at z = 0, and a superior surface that is nearly level. What is left out
+    has the size of the thesis's larynx, whose edges are cut, not round."""
 
     length: Annotated[Length, Field(ge=4e-3, le=30e-3)] = 14e-3
     """[m] Of the glottis, from back to front."""
@@ -61,6 +64,15 @@ class Folds(Part):
     """[m] Thickness of the cover, measured level with the ground."""
     ligament: PositiveLength = 0.5e-3
     """[m] Thickness of the ligament, behind it."""
+    left_gap: Annotated[Length, Field(gt=0, le=4e-3)] | None = None
+    """[m] From the middle plane to the left fold, where it is nearest; default: half of `gap`. A paralysed
+    fold lies further aside. What it lies further aside, it is thinner at the wall."""
+    right_gap: Annotated[Length, Field(gt=0, le=4e-3)] | None = None
+    """[m] From the middle plane to the right fold; default: half of `gap`."""
+    posterior_chink: Chink | None = None
+    """An opening at the back that is there before the voice; default: none."""
+    lesions: tuple[Lesion, ...] = ()
+    """Patches of other tissue; where they overlap, their factors multiply (docs/lesions.md)."""
 
     @model_validator(mode="after")
     def _fits_the_wall(self) -> Self:
@@ -83,6 +95,105 @@ class Folds(Part):
                 unit=" rad",
             )
         return self
+
+    @model_validator(mode="after")
+    def _has_room_for_what_differs(self) -> Self:
+        chink, depth = self.posterior_chink, self.depth + 0.5 * self.gap
+        if chink is not None and chink.length > self.length:
+            raise problem(
+                f"must be <= {1e3 * self.length:.4g} mm, the length of the folds.",
+                *("posterior_chink", "length"),
+                value=chink.length,
+                unit=" m",
+            )
+        for k, lesion in enumerate(self.lesions):
+            self._check_place(lesion, k, depth)
+        if self.lesions:
+            self._check_protrusions()
+        return self
+
+    def _check_place(self, lesion: Lesion, k: int, depth: float) -> None:
+        """Raise unless a lesion is in its fold."""
+        for name, value, most, of in (
+            ("from_front", lesion.from_front, self.length, "length of the folds"),
+            ("below_edge", lesion.below_edge, self.thickness, "thickness of the folds"),
+        ):
+            if value is not None and value > most:
+                raise problem(
+                    f"must be <= {1e3 * most:.4g} mm, the {of}: the lesion is outside its fold.",
+                    *("lesions", k, name),
+                    value=value,
+                    unit=" m",
+                )
+        if lesion.size[2] > depth:
+            raise problem(
+                f"must be <= {1e3 * depth:.4g} mm, the depth of the tissue.",
+                *("lesions", k, "size", 2),
+                value=lesion.size[2],
+                unit=" m",
+            )
+        y, half = self.middle_of(lesion)[0], 0.5 * lesion.size[0]
+        if lesion.protrusion > 0 and abs(y) + half > 0.5 * self.length * (1 + 1e-9):
+            raise problem(
+                f"must be <= {1e3 * (self.length - 2 * abs(y)):.4g} mm, so that what protrudes ends where "
+                "the folds end. Or move its middle, from_front.",
+                *("lesions", k, "size", 0),
+                value=lesion.size[0],
+                unit=" m",
+            )
+
+    def _check_protrusions(self) -> None:
+        """Raise if a lesion would touch the other fold before the voice."""
+        surface, share = self.surface(), np.linspace(-0.5, 0.5, 101)
+        for k, lesion in enumerate(self.lesions):
+            middle = self.middle_of(lesion)
+            y, z = np.meshgrid(*(at + size * share for at, size in zip(middle, lesion.size, strict=False)))
+            bump = lesion.bump(y, z, middle)
+            free = surface.at(-1.0, y, z) + surface.at(1.0, y, z) + bump
+            high = bump > 0
+            most = float((lesion.protrusion * free[high] / bump[high]).min()) if high.any() else math.inf
+            if not lesion.protrusion < most:
+                raise problem(
+                    f"must be < {1e3 * most:.4g} mm: there it touches the other fold before the voice. Take "
+                    "a wider gap, left_gap or right_gap.",
+                    *("lesions", k, "protrusion"),
+                    value=lesion.protrusion,
+                    unit=" m",
+                )
+
+    def middle_of(self, lesion: Lesion) -> tuple[float, float]:
+        """y and z (m) of the middle of a lesion on its fold."""
+        front = 0.5 * self.length
+        return (
+            front - (front if lesion.from_front is None else lesion.from_front),
+            -(0.5 * self.thickness if lesion.below_edge is None else lesion.below_edge),
+        )
+
+    def surface(self) -> FoldSurface:
+        """Where both folds' surfaces are, and their lesions."""
+        left, right = (0.5 * self.gap if own is None else own for own in (self.left_gap, self.right_gap))
+        return FoldSurface(
+            self.shape(),
+            (left - 0.5 * self.gap, right - 0.5 * self.gap),
+            self.posterior_chink,
+            [(lesion, self.middle_of(lesion)) for lesion in self.lesions],
+        )
+
+    @property
+    def moved(self) -> bool:
+        """Whether their surface is another than that of like folds."""
+        gaps = [own for own in (self.left_gap, self.right_gap) if own is not None]
+        return (
+            self.posterior_chink is not None
+            or any(own != 0.5 * self.gap for own in gaps)
+            or any(lesion.protrusion > 0 for lesion in self.lesions)
+        )
+
+    @property
+    def unlike_sides(self) -> bool:
+        """Whether left and right differ."""
+        left, right = (0.5 * self.gap if own is None else own for own in (self.left_gap, self.right_gap))
+        return left != right or bool(self.lesions)
 
     def _below(self, edge: tuple[float, float]) -> list[tuple[float, float]]:
         """Sections below the lower edge, which begins there: heights and half-widths, m."""
