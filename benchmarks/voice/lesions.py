@@ -1,7 +1,7 @@
 """Voices of larynges with a lesion, beside a healthy one: what it does to sound, phase and contact.
 
     python -m benchmarks.voice.lesions --picture lesions.png   # the examples' own mesh and step
-    python -m benchmarks.voice.lesions --accuracy "mesh demo" --voices paralysis chink
+    python -m benchmarks.voice.lesions --accuracy "mesh demo" --voices healthy polyp paralysis chink
 
 The scenes are examples/polyp.toml, paralysis.toml and chink.toml; "healthy" is the same voice on the same
 mesh without what they have, "gap of the polyp" has that alone; in "stiffer" and "slacker" more of it
