@@ -34,9 +34,9 @@ def voice(cricothyroid: float) -> plica.Scene:
 
 def main(directory: Path, notes: int) -> None:
     sung = []
-    for cricothyroid in np.linspace(0.0, HIGHEST, notes):
+    for cricothyroid in np.linspace(0.0, HIGHEST, notes).tolist():
         name = f"cricothyroid_{cricothyroid:.2f}"
-        run = plica.run(voice(float(cricothyroid)), directory / name, resume="if_there", progress=False)
+        run = plica.run(voice(cricothyroid), directory / name, resume="if_there", progress=False)
         pitch = run.measures["fundamental_frequency"]
         heard = run.sound(rate=44100)
         sung.append(heard.pressure)

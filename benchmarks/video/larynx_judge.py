@@ -5,7 +5,8 @@
     python -m benchmarks.video.larynx_judge --only polyp      those that have this in their name
     python -m benchmarks.video.larynx_judge --drawn 30        others, whose features are drawn at random
     python -m benchmarks.video.larynx_judge -o DIR            keeps films and analyses in a new folder
-    python -m benchmarks.video.larynx_judge --record          writes docs/records/video_larynx_judge.json
+    python -m benchmarks.video.larynx_judge --record          writes docs/records/video_larynx_judge.json,
+                                                              of --drawn video_larynx_drawn.json
 
 The films are those of `larynx_films.py`. A row a film and measure: truth, what is found, its interval, and
 
@@ -266,7 +267,7 @@ def main() -> None:
     parser.add_argument("--drawn", metavar="COUNT", type=int, default=0, help="so many films drawn at random")
     parser.add_argument("--seed", type=int, default=0, help="of these (default: 0)")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, help="new folder for films and analyses")
-    parser.add_argument("--record", action="store_true", help="write docs/records/video_larynx_judge.json")
+    parser.add_argument("--record", action="store_true", help="write a record of docs/records")
     options = parser.parse_args()
     films, environment = chosen_films(options), this_environment({})
     every: list[Judged] = []
@@ -292,7 +293,8 @@ def main() -> None:
     tables = [sums(group, title) for title, group in {**groups, "both": every}.items() if group]
     print("", *tables, sep="\n\n")
     if options.record:
-        keep("video_larynx_judge", COLUMNS, table, tables[-1], environment)
+        name = "video_larynx_drawn" if options.drawn else "video_larynx_judge"
+        keep(name, COLUMNS, table, tables[-1], environment)
 
 
 if __name__ == "__main__":

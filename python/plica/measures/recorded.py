@@ -3,15 +3,15 @@
 A recorded voice need not be steady: the differences between its cycles are of clinical interest, so no cycle
 is left out.
 
-A first search follows the voice's level. With T the autocorrelation's period of the whole record, limits
-are at 15, 25 and 35 % of the way from the least to the largest area within 1.25 T of each instant; where
-these are less than a tenth as far apart as in the whole record there is no voice. A pulse rises from the
-lowest limit to the highest before it falls back. Its cycle begins at the mean of the three instants at
-which it rises through 20, 30 and 40 % of its own height over the least area before it, each by a cubic
-through the four samples about it: so a mark depends on one pulse, and on neither its height nor the frame
-grid. (Lower, the slits that a lens closes would move it; higher, it would mix two cycles where the period
-changes between pulses.) The first and the last cycle
-are complete, and the record has the crests of the pulses that bound them.
+A first search follows the voice's level. With T the autocorrelation's period of the whole record, limits are
+at 15, 25 and 35 % of the way from the least to the largest area within 1.25 T of each instant; where these
+are less than a tenth as far apart as in the whole record there is no voice. A pulse rises from the lowest
+limit to the highest before it falls back. Its cycle begins at the mean of the three instants at which it
+rises through 20, 30 and 40 % of its own height over the least area before it, each by a cubic through the
+four samples about it: so a mark depends on one pulse, and on neither its height nor the frame grid. (Lower,
+the slits that a lens closes would move it; higher, it would mix two cycles where the period changes between
+pulses.) The first and the last cycle are complete, and the record has the crests of the pulses that bound
+them.
 
 The kind follows Titze (Workshop on Acoustic Voice Analysis, 1995) as far as cycles allow: *diplophonic* if
 pulses repeat in a pattern of two to four (:mod:`plica.measures.stationary`); *aperiodic* if no lag of the

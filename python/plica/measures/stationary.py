@@ -20,11 +20,11 @@ if the vibration became steady: either the whole record rises or falls at least 
 end, and faster by more than the scatter of neighbouring cycles explains (logarithms, t-test, 0.5 %; under a
 constant trend both are equally fast), or the same number of cycles before depart from the mean of the end at
 least six times as much as its own do (root mean square; 3.6 times under a constant trend), and by more than
-chance explains (F-test, 0.1 %). Either is asked of all cycles back to the first that agrees; where nothing
-drifted, as in a beat that dies away, else of the last half, quarter, ... alone. Moreover, unless that end is
-irregular, no trend beyond what is allowed may even be likely in it: after a change it is steadiness that has
-to be shown. (Likely: t-test, 5 %, and of fewer than three degrees of freedom any, since among so few the test
-finds none.)
+chance explains (F-test, 0.1 %). Either is asked of all cycles back to the first that agrees; where these fail
+and nothing drifted, as in a beat that dies away, of the last half, quarter, ... alone. Moreover, unless that
+end is irregular, no trend beyond what is allowed may even be likely in it: after a change it is steadiness
+that has to be shown. (Likely: t-test, 5 %, and of fewer than three degrees of freedom any, since among so few
+the test finds none.)
 """
 
 from __future__ import annotations

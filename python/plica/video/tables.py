@@ -188,8 +188,10 @@ def _cycles(found: Analysis) -> list[Column]:
     area = counted(found.area).filled()
     size = found.pixel
     total, left, right = size**2 * area.total, size * area.left_edge, size * area.right_edge
-    parts, phase = cycles.samples(time), found.measures["left_right_phase"]
+    parts = cycles.samples(time)
     lags = crest_lags(time, left, right, cycles)
+    if found.measures["left_right_phase"].value is None:  # a fold is still
+        lags = np.full(lags.shape, np.nan)
     columns: dict[tuple[str, str], npt.NDArray[Any]] = {
         ("start", "s"): cycles.starts[:-1],
         ("end", "s"): cycles.starts[1:],
@@ -199,7 +201,7 @@ def _cycles(found: Analysis) -> list[Column]:
         ("glottal_area_min", "m^2"): np.array([total[part].min() for part in parts]),
         ("amplitude_left", "m"): amplitudes(time, left, cycles),
         ("amplitude_right", "m"): amplitudes(time, right, cycles),
-        ("left_right_phase", "rad"): lags if phase.value is not None else np.full(lags.shape, np.nan),
+        ("left_right_phase", "rad"): lags,
         ("used", "1"): np.array([float(k not in cycles.left_out) for k in range(cycles.count)]),
     }
     if not cycles.count:

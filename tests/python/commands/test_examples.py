@@ -157,3 +157,20 @@ def test_a_recording_too_short_to_measure_has_a_message(
     assert re.search(r"^fundamental_frequency +not found: too short", message, flags=re.MULTILINE)
     assert re.search(r"^glottal_area_mean +(found|not found)", message, flags=re.MULTILINE)
     assert "report: " in message
+
+
+@pytest.mark.slow
+def test_notes_rise_with_the_activation_of_the_cricothyroid(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of short notes; the highest by the posture's own rule 36 % longer."""
+    example = runpy.run_path(str(EXAMPLES / "octave.py"))
+    voice = example["voice"]
+    monkeypatch.setitem(
+        example["main"].__globals__, "voice", lambda a: voice(a).replace({"time.duration": "0.08 s"})
+    )
+    with pytest.warns(plica.CautionWarning):
+        example["main"](tmp_path, 2)
+    low, high = re.findall(r"longer: (\d+) Hz", capsys.readouterr().out)
+    assert int(high) > 1.8 * int(low)
+    assert (tmp_path / "octave.wav").stat().st_size == 44 + 2 * 2 * round(0.08 * 44100)

@@ -61,6 +61,7 @@ def test_what_is_known_well_is_written_down_and_the_rest_has_its_reason() -> Non
     assert _judged(frequency(12.0))[name].reason == "its interval is wide"
     assert _judged(frequency(4.0, "one", "two"))[name].reason == "one (and more: see below)"
     assert _judged(frequency(0.0))[name].reason == "no interval is known"
+    assert _judged(frequency(0.0, "frames are missing"))[name].reason == "frames are missing"
     unknown = SimpleNamespace(name=name, value=None, interval=None, note="no cycles", cautions=())
     assert _judged(unknown)[name].reason == "no cycles"  # type: ignore[arg-type]
 

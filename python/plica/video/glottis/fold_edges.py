@@ -108,9 +108,13 @@ class SlitsOverTime:
     def _uncovered(self) -> tuple[Floats, Floats]:
         """(frames, lines) px: widths, and centres right of the midline, below strands as beside them."""
         width, centre, over = np.moveaxis(np.array(self._found), 1, 0)
-        for begin, end in _crossed(width, over):
+        crossed = _crossed(width, over)
+        free = np.ones(width.shape[1], dtype=bool)
+        for begin, end in crossed:
+            free[begin:end] = False
+        for begin, end in crossed:
             lines = slice(begin, end)
-            width[:, lines], centre[:, lines] = _between_sides(width, centre, begin, end)
+            width[:, lines], centre[:, lines] = _between_sides(width, centre, begin, end, free)
         return width, centre
 
 
@@ -145,8 +149,8 @@ def _crossed(width: Floats, over: Floats) -> list[tuple[int, int]]:
     ]
 
 
-def _between_sides(width: Floats, centre: Floats, begin: int, end: int) -> tuple[Floats, Floats]:
-    """(frames, end - begin) px: widths and centres on these lines, from those on either side.
+def _between_sides(width: Floats, centre: Floats, begin: int, end: int, free: Mask) -> tuple[Floats, Floats]:
+    """(frames, end - begin) px: widths and centres on these lines, from those on either side which are free.
 
     Parabolas through half as many lines on each side in frames in which all of these are open; in the others
     straight from the line above to the one below, and the centre that of the one which is open.
@@ -160,7 +164,8 @@ def _between_sides(width: Floats, centre: Floats, begin: int, end: int) -> tuple
         (parts[0] * centre[:, above, None] + parts[1] * centre[:, below, None]) / known,
     )
     beside = np.r_[max(begin - count, 0) : begin, end : min(end + count, width.shape[1])]
-    whole = (width[:, beside] >= _OPEN).all(axis=1)
+    beside = beside[free[beside]]
+    whole = (width[:, beside] >= _OPEN).all(axis=1) & (beside.size >= _LEAST_BESIDE)
     middle, half = (above + below) / 2, (below - above) / 2
     powers = [np.vander((lines - middle) / half, 3) for lines in (np.arange(begin, end), beside)]
     along = powers[0] @ np.linalg.pinv(powers[1])  # (end - begin, beside)

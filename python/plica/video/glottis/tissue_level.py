@@ -7,16 +7,16 @@ With D the glottis' dark, it shows glottis where it is darker than halfway from 
 bright at another time of the recording (folds that part for a breath) shows glottis too where it is as dark
 as D.
 
-A pixel that is never brighter than halfway from D to B is *always dark*: a gap that never closes and a
-shadow look alike there. It counts as a gap where it is as dark as D at some time (within a fifth) and the
-folds move beside it, in the mean over seven rows across the glottis' axis. Pixels move that vary by two
-fifths of B - D. They do on both sides of a gap: one or more on either, and on neither less than a fifth of
-those on the other. Or on one side, if the other fold is still: then those nearer to the gap are dark for
-longer, as the fold that moves comes from afar, while beside a crease the fold that moves away from it leaves
-the farther ones dark for longer; and the nearest three come to be dark in most cycles, unlike those that a
-shadow creeps over. A gap and two pixels about it have the common level, since the lens blurs
-the edge where it turns. Of what else is always dark, glottis can only be seen where the pixel's own tissue is
-a fifth of the way from D to B or brighter.
+A pixel that is never brighter than halfway from D to B is *always dark*: a gap that never closes and a shadow
+look alike there. It counts as a gap where it is as dark as D at some time (within a fifth) and the folds move
+beside it, in the mean over seven rows across the glottis' axis. Pixels move that vary by two fifths of B - D.
+They do on both sides of a gap: one or more on either, and on neither less than a fifth of those on the other.
+Or on one side, if the other fold is still: then those nearer to the gap are dark for longer, as the fold that
+moves comes from afar, while beside a crease the fold that moves away from it leaves the farther ones dark for
+longer; and the nearest three come to be dark in most cycles, unlike those that a shadow creeps over. A gap
+and two pixels about it have the common level, since the lens blurs the edge where it turns. Of what else is
+always dark, glottis can only be seen where the pixel's own tissue is a fifth of the way from D to B or
+brighter.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ _CYCLES = 2.0  # on either side of a frame
 _ROWS = 7  # over which sides are compared
 _BESIDE = 0.2  # of the moving pixels on the other side
 _LONGER = 0.1  # of the time: by so much the nearer of them are dark for longer, beside a gap
+_COMPARED = 2.0  # px that move, at least, so that nearer and farther ones can be compared
 _NEAREST, _MOST = 3, 0.7  # px, and share of the cycles in which they come to be dark
 
 
@@ -113,7 +114,7 @@ def pixel_levels(
     blocks: list[npt.NDArray[np.float32]] = []
     darkest = np.full(within.shape, np.inf)
     area: list[int] = []
-    (often, turns), dark_before = np.zeros((2, *within.shape)), np.ones(within.shape, dtype=bool)
+    (often, turns), seen, dark_before = np.zeros((2, *within.shape)), 0, np.ones(within.shape, dtype=bool)
     for index, frame in enumerate(frames):
         part = np.asarray(frame[box], dtype=np.float32)
         if index % _BLOCK == 0:
@@ -121,9 +122,11 @@ def pixel_levels(
         np.fmax(blocks[-1], part, out=blocks[-1])
         np.fmin(darkest, part, out=darkest)
         dark_now = part < half
-        often += dark_now
-        turns += dark_now & ~dark_before
-        dark_before = dark_now
+        if not np.isnan(part).all():
+            seen += 1
+            often += dark_now
+            turns += dark_now & ~dark_before
+            dark_before = dark_now
         area.append(int(np.sum(dark_now & within)))
     brightest = np.stack(blocks)
     frequency = autocorrelation_frequency(np.array(area, dtype=float), 1.0) if len(area) >= 8 else math.nan
@@ -137,9 +140,8 @@ def pixel_levels(
     else:
         apart = _APART * (tissue - dark)
         moving = within & bright & (whole - darkest > 2 * apart)
-        gap[box] = _beside_folds(within & ~bright, moving, often / len(area), turns * period / len(area)) & (
-            darkest < dark + apart
-        )
+        shares = often / max(seen, 1), turns * (period / max(seen, 1) if math.isfinite(frequency) else 0.0)
+        gap[box] = _beside_folds(within & ~bright, moving, *shares) & (darkest < dark + apart)
     window = math.ceil(_CYCLES * period / _BLOCK)
     return PixelLevels(box, brightest, window, always, gap, _about(gap, _EDGE))
 
@@ -156,11 +158,11 @@ def _beside_folds(still: Mask, moving: Mask, often: Floats, turns: Floats) -> Ma
     Parameters
     ----------
     still, moving : (h, w) bool
-        What is always dark, and what is not always.
+        What is always dark, and what varies by two fifths of the contrast.
     often : (h, w)
         Share of the time in which a pixel is dark.
     turns : (h, w)
-        How many times a cycle it comes to be so.
+        How many times a cycle it comes to be so; 0 without cycles.
     """
     y, x = np.nonzero(moving)
     if x.size < 3 or not still.any():
@@ -193,7 +195,7 @@ def _beside_folds_in_rows(still: Mask, moving: Mask, often: Floats, turns: Float
     )
     less, more = count_of.min(axis=0), count_of.max(axis=0)
     on_both = less >= np.maximum(1.0, _BESIDE * more)
-    on_one = (count_of == more) & (count_of >= 2.0) & (longer > _LONGER) & (cyclic > _MOST)
+    on_one = (count_of == more) & (count_of >= _COMPARED) & (longer > _LONGER) & (cyclic > _MOST)
     return np.asarray(still & (on_both | on_one.any(axis=0)))
 
 

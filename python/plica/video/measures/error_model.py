@@ -67,7 +67,10 @@ _NOT_ADDED = (-0.5, 1.5)  # of the same, where shade between the folds leaves th
 _ALWAYS = (-0.1, 1.0)  # of what may be open besides; none below 0
 _BORDER, _ALL_ALONG = 0.1, 0.4  # px, of the rows of an area, and of those of an edge, which agree
 _STEPS = 0.4  # px
-_CONTACT = (-1.5, 1.5)  # of how far the line of contact is off one that rests, and off one that moves
+_CONTACT = (
+    -1.5,
+    1.5,
+)  # of how far contact is off one that rests or moves: films go up to the ends and beyond
 _MIDLINE = 0.4  # px, to which the midline is found (docs/verification/video.md, "Noise and blur")
 _ROUNDED = 0.5  # px
 _LEFT = (-0.5, 0.5)  # of what shade moves the outline halfway by: in the darkest part

@@ -88,9 +88,9 @@ class FrameSequence:
             share = 100 * frames.size / self.count
             found.append(
                 f"{frames.size} or more of {self.count} frames are {said} {shown}. So the frequency is at "
-                f"least {share:.2g} % {made} than it was (it has no interval), and jitter, shimmer and "
-                "quotients are not those of the voice. Take the recording from the camera once more, with "
-                "all frames"
+                f"least {share:.2g} % {made} than it was (it has no interval, nor has jitter), and jitter, "
+                "shimmer and quotients are not those of the voice. Take the recording from the camera once "
+                "more, with all frames"
             )
         if self.chance < _CERTAIN and not found:
             found.append(
@@ -102,7 +102,7 @@ class FrameSequence:
 
     def doubted(self, found: list[Measure]) -> list[Measure]:
         """The measures; where frames are lost, those of the cycles' lengths (frequency, jitter) without an
-        interval, since how many more there are is not known, and all of them shift it to one side."""
+        interval, since how many more there are is not known."""
         if not self.doubts():
             return found
         return [

@@ -108,10 +108,13 @@ def _placed(found: list[Measure], size: float) -> list[Measure]:
 
 
 def _lagging(item: Measure) -> Measure:
-    """A phase with a note which fold comes later."""
-    if not item.quantity.angle or item.value is None or item.value == 0:
+    """A phase with a note which fold comes later, where its interval says so."""
+    ends = item.interval
+    if not item.quantity.angle or ends is None or ends[0] <= 0 <= ends[1]:
         return item
-    return replace(item, note=f"the {'right' if item.value > 0 else 'left'} fold lags; {item.note}")
+    return replace(
+        item, note="; ".join(filter(None, (f"the {'right' if ends[0] > 0 else 'left'} fold lags", item.note)))
+    )
 
 
 def _beside_still(found: list[Measure], amplitudes: list[float]) -> list[Measure]:
@@ -121,13 +124,12 @@ def _beside_still(found: list[Measure], amplitudes: list[float]) -> list[Measure
     said = f"the {least} moves less than edges are placed to ({edge_error:g} px)"
     gone = {"left_right_phase"} | ({"amplitude_ratio"} if amplitudes[0] < edge_error else set())
     moves = {side for side, way in zip(("left", "right"), amplitudes, strict=True) if way >= edge_error}
+    kept = [absent(item.name, f"undefined: {said}") if item.name in gone else item for item in found]
     return [
-        absent(item.name, f"undefined: {said}")
-        if item.name in gone
-        else item
-        if item.quantity.side in moves
+        item
+        if item.name in gone or item.quantity.side in moves
         else replace(item, cautions=(*item.cautions, said))
-        for item in found
+        for item in kept
     ]
 
 
@@ -220,7 +222,7 @@ def measures(
         found = seen.with_errors(
             found, Estimate(area.total, sharp.total, sharp.total, chosen, length), errors, cycles
         )
-    return Measures(found, scale), cycles
+    return Measures(map(_lagging, found), scale), cycles
 
 
 def counted(area: GlottalArea) -> GlottalArea:
@@ -335,7 +337,7 @@ def _of_sides(
     between = f"the left fold being the one {sides[0]}"
     edges = size * area.left_edge, size * area.right_edge
     found = [
-        *map(_lagging, _placed(side_measures(time, *edges, cycles, sides, between), size)),
+        *_placed(side_measures(time, *edges, cycles, sides, between), size),
         _area_asymmetry(time, area, cycles, between),
     ]
     if length:

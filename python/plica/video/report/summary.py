@@ -60,7 +60,7 @@ def _reason(item: Measure) -> str:
     if item.value is None or not np.isfinite(item.value):
         return item.note or "not known"
     if item.interval is None:
-        return "no interval is known"
+        return item.cautions[0] if item.cautions else "no interval is known"
     low, high = item.interval
     most, of = _WIDEST[item.name]
     wide = (high - low) / 2 > most * (abs(item.value) if of == "value" else 1.0)

@@ -18,6 +18,7 @@ from plica.video.glottis.glottal_area import GlottalArea, areas
 from plica.video.glottis.midline import Midline, Slits, closing_in, find_midline
 from plica.video.measures.waveforms import area_cycles, measures
 from plica.video.settings import Settings
+from plica.video.tables import cycles_table
 
 _FRAMES, _PERIOD = 120, 20.7
 _HEIGHT, _WIDTH, _MIDDLE = 160, 120, 60.3
@@ -268,6 +269,7 @@ def test_no_phase_and_no_ratio_is_made_of_a_fold_that_stands_still() -> None:
         assert f"the {side} fold by 0 px moves less than" in found["left_right_phase"].note
         assert (found["amplitude_ratio"].value is None) == (side == "left")
         assert any("moves less than" in said for said in found["amplitude_asymmetry"].cautions)
+        assert "fold lags" not in found["left_right_phase"].note
         moving = "right" if side == "left" else "left"
         assert not any("moves less than" in said for said in found[f"amplitude_{moving}"].cautions)
 
@@ -296,6 +298,7 @@ def test_the_measures_of_a_film_of_a_paralysed_fold_hold_what_is_true(tmp_path: 
     assert right.value == pytest.approx(6.98, abs=0.5)
     assert right.interval[0] < 6.98 < right.interval[1]
     assert found.measures["left_right_phase"].value is None
+    assert np.isnan(cycles_table(found)["left_right_phase (rad)"]).all()
     middle = found.vibrogram[:, found.vibrogram.shape[1] // 2]
     assert np.ptp(middle[0]) < 1.5
     assert np.ptp(middle[1]) > 12

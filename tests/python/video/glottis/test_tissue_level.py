@@ -120,6 +120,21 @@ def test_beside_a_fold_that_is_still_a_gap_is_recognised_by_how_long_the_other_l
         assert np.array_equal(levels.gap, gap)
 
 
+def test_without_cycles_nothing_beside_a_crease_makes_it_a_gap() -> None:
+    """A shadow creeps over it once: what is nearer to the crease is dark for longer, and came to be so."""
+    frames = []
+    for t in range(60):
+        frame = np.full((40, 60), 140.0, dtype=np.float32)
+        frame[8:32, 20:24] = 10
+        frame[8:32, 24 : 24 + max(t - 40, 0) // 3] = 10
+        frames.append(frame)
+    near = np.zeros((40, 60), dtype=bool)
+    near[3:37, 4:44] = True
+    levels = pixel_levels(frames, near, 10.0, 140.0)
+    assert levels.always_dark.any()
+    assert not levels.gap.any()
+
+
 def whole(**changes: object) -> WholeGlottis:
     """A glottis of 300 px^2 that closes, 25 frames a cycle."""
     total = 300 * np.maximum(np.sin(2 * np.pi * np.arange(200) / 25.0), 0)

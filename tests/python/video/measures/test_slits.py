@@ -287,6 +287,9 @@ def test_folds_that_stay_closed_leave_no_slit_open() -> None:
     most = np.where(closing == 0, 7.0, 0.0)
     assert "a slit that blur hides all the time" in open_besides(round_bottom, most, cycles, time)
     assert open_besides(closing, most, cycles, time) == ""
+    assert open_besides(round_bottom + 0.5 * round_bottom.max(), most, cycles, time).startswith(
+        "the folds are never seen to close"
+    )
     assert open_besides(round_bottom, 0 * most, cycles, time) == ""
 
 
