@@ -34,6 +34,7 @@ _DARK = 0.65  # of the light of the tissue around: what has more is a shadow
 _IN_LINE = 0.8  # the same for what lies in line with a glottis: a slit that the lens fills with light
 _OTHERS = 0.4  # of the glottis' score: what other openings have at least
 _LONG = 1.5  # times as long as wide: has a line
+_BENT = 0.3  # px off the line a px along it, by which folds that are bowed have openings beside each other
 _BEYOND = 4.0  # half lengths along the line, beyond which nothing is of the same glottis
 _BLACK = 0.25  # of the brightness that a twentieth of the pixels exceed
 _TURNS = 3  # of finding the outline again
@@ -84,7 +85,9 @@ def segment(image: Floats, prior: Prior | None = None, least_score: float = 0.05
         if glottis is None:
             if _share_of_light(light, mask) < _DARK:
                 glottis = _at_half(Glottis(mask, one.score, one.threshold), one.view, *outline)
-        elif _in_line(mask, glottis.mask) and _share_of_light(light, mask) < _IN_LINE:
+        elif (
+            _in_line(mask, glottis.mask, 0.0 if alone else _BENT) and _share_of_light(light, mask) < _IN_LINE
+        ):
             other = _at_half(Glottis(mask, one.score, one.threshold), one.view, *outline)
             glottis = replace(glottis, mask=glottis.mask | other.mask)
     return glottis or Glottis(np.zeros(image.shape, dtype=bool), 0.0, float("nan"))
@@ -98,8 +101,9 @@ def _share_of_light(light: Floats, mask: Mask) -> float:
     return float(np.median(light[mask])) / max(float(np.percentile(light[ring], 20)), 1e-12)
 
 
-def _in_line(mask: Mask, first: Mask) -> bool:
-    """Whether a part lies apart from the first ones along their line, or half their width off it."""
+def _in_line(mask: Mask, first: Mask, bent: float) -> bool:
+    """Whether a part lies apart from the first ones along their line, or their width off it, and by a share
+    `bent` of how far along it is more, as folds that are bowed do."""
     y, x = np.nonzero(first)
     if x.size < 2 or (mask & first).any():
         return False
@@ -110,7 +114,8 @@ def _in_line(mask: Mask, first: Mask) -> bool:
     place = np.argwhere(mask)[:, ::-1] - np.array([x.mean(), y.mean()])
     half, width = 2 * np.sqrt(spreads[1]), max(2 * np.sqrt(spreads[0]), 2.0)
     off = float(np.median(np.abs(place @ across)))
-    return bool(off <= width and np.abs(place @ along).max() <= _BEYOND * half)
+    far = float(np.median(np.abs(place @ along)))
+    return bool(off <= width + bent * far and np.abs(place @ along).max() <= _BEYOND * half)
 
 
 def _at_half(found: Glottis, view: View, percentile: float, turns: int) -> Glottis:
