@@ -142,13 +142,18 @@ def test_info_names_the_licences_of_what_is_contained_and_imported(
     assert main(["info", "--licences"]) == 0
     parts = capsys.readouterr().out.split("\n\n")[1:]
     titles = [part.partition("\n")[0] for part in parts]
-    assert titles[:2] == ["Compiled into the engine", "Imported by every installation"]
+    assert titles[:3] == [
+        "Compiled into the engine",
+        "In the pages of plica view",
+        "Imported by every installation",
+    ]
     rows = {
         title: dict(row.split(maxsplit=1) for row in part.splitlines()[1:])
         for title, part in zip(titles, parts, strict=True)
     }
     always = rows["Imported by every installation"]
     assert "MPL-2.0" in parts[0]
+    assert rows["In the pages of plica view"] == {"three.js": "MIT", "uPlot": "MIT"}
     assert always["numpy"].startswith("BSD-3-Clause")
     assert {"contourpy", "pydantic-core"} <= {*always}  # of matplotlib, pydantic
     assert not {"av", "meshio", "tifffile", "xarray", "pytest"} & {*always}
