@@ -10,6 +10,7 @@ Which of five numbers of a scene decide pitch, flow and collision: Sobol's indic
 # taken as evenly likely: an index is of these ranges, and of the model.
 
 import subprocess
+import sys
 import tempfile
 import warnings
 from pathlib import Path
@@ -53,7 +54,16 @@ tissue.cover.viscosity = "0.126:0.154 Pa s"
 # Sixteen samples of Saltelli's design are 16 (5 + 2) voices. From a shell this is ``plica sweep study.toml -o
 # study``, which a cluster can share (:doc:`/sweeps`).
 
-command = ["plica", "sweep", str(folder / "study.toml"), "-o", str(folder / "study"), "--quiet"]
+command = [
+    sys.executable,
+    "-m",
+    "plica",
+    "sweep",
+    str(folder / "study.toml"),
+    "-o",
+    str(folder / "study"),
+    "--quiet",
+]
 subprocess.run(command, check=True)
 found = sweep.Sweep.load(folder / "study")
 print(len(found), "voices:", found.counts)
