@@ -54,17 +54,8 @@ tissue.cover.viscosity = "0.126:0.154 Pa s"
 # Sixteen samples of Saltelli's design are 16 (5 + 2) voices. From a shell this is ``plica sweep study.toml -o
 # study``, which a cluster can share (:doc:`/sweeps`).
 
-command = [
-    sys.executable,
-    "-m",
-    "plica",
-    "sweep",
-    str(folder / "study.toml"),
-    "-o",
-    str(folder / "study"),
-    "--quiet",
-]
-subprocess.run(command, check=True)
+plica_sweep = [Path(sys.executable).with_name("plica"), "sweep"]
+subprocess.run([*plica_sweep, folder / "study.toml", "-o", folder / "study", "--quiet"], check=True)
 found = sweep.Sweep.load(folder / "study")
 print(len(found), "voices:", found.counts)
 

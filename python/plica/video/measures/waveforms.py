@@ -125,10 +125,13 @@ def _beside_still(found: list[Measure], amplitudes: list[float]) -> list[Measure
     gone = {"left_right_phase"} | ({"amplitude_ratio"} if amplitudes[0] < edge_error else set())
     moves = {side for side, way in zip(("left", "right"), amplitudes, strict=True) if way >= edge_error}
     kept = [absent(item.name, f"undefined: {said}") if item.name in gone else item for item in found]
+    way = max(amplitudes)
+    placed = f"edges are placed to {edge_error:g} px, and the amplitude is {way:.2g} px"
+    known = (placed,) if way < edge_error / _PRECISE else ()
     return [
         item
-        if item.name in gone or item.quantity.side in moves
-        else replace(item, cautions=(*item.cautions, said))
+        if item.name in gone
+        else replace(item, cautions=(*item.cautions, *(known if item.quantity.side in moves else (said,))))
         for item in kept
     ]
 
