@@ -10,8 +10,8 @@ limit to the highest before it falls back. Its cycle begins at the mean of the t
 rises through 20, 30 and 40 % of its own height over the least area before it, each by a cubic through the
 four samples about it: so a mark depends on one pulse, and on neither its height nor the frame grid. (Lower,
 the slits that a lens closes would move it; higher, it would mix two cycles where the period changes between
-pulses.) The first and the last cycle are complete, and the record has the crests of the pulses that bound
-them.
+pulses.) The first and the last cycle are complete; a pulse that the record cuts off at its crest has the
+height of the one before it.
 
 The kind follows Titze (Workshop on Acoustic Voice Analysis, 1995) as far as cycles allow: *diplophonic* if
 pulses repeat in a pattern of two to four (:mod:`plica.measures.stationary`); *aperiodic* if no lag of the
@@ -96,7 +96,7 @@ def marks(time: Floats, signal: Floats) -> Floats:
     size = np.maximum(ndimage.maximum_filter1d(signal, width, mode="nearest") - low, _SILENT * np.ptp(signal))
     rough = rises(time, (signal - low) / size, *_LIMITS)
     edges = np.searchsorted(time, rough)
-    found = []
+    found, last = [], 0.0  # the height of the pulse before
     for k, (begin, end) in enumerate(pairwise([*edges.tolist(), signal.size])):
         peak = int(begin) + int(np.argmax(signal[begin:end]))
         before = int(edges[k - 1]) if k else 0
@@ -104,11 +104,12 @@ def marks(time: Floats, signal: Floats) -> Floats:
         foot = float(signal[top : peak + 1].min())
         height = highest(time, signal, peak)[1] - foot
         if end == signal.size and signal[peak:].min() > foot + _PASSED * height:
-            continue  # the record may end before the crest, and the height is not known
+            height = max(height, last)  # the record may end before the crest
+        last = height
         levels = [foot + share * height for share in mark_shares]
         lowest = top + int(np.flatnonzero(signal[top : peak + 1] == foot)[-1])
-        if lowest == 0:
-            continue  # the record starts within the flank
+        if lowest == 0 or signal[peak] < levels[-1]:
+            continue  # the record starts, or ends, within the flank
         below = [np.flatnonzero(signal[top:peak] < level) for level in levels]
         if below[0].size:  # the record has all of the flank
             places = [top + int(k[-1]) + 1 for k in below]
