@@ -51,7 +51,7 @@ def test_a_record_that_ends_before_a_crest_changes_no_mark(cut: int) -> None:
     whole = recorded_cycles(time, area).starts
     found = recorded_cycles(time[:-cut], area[:-cut]).starts
     assert found.size >= whole.size - 2
-    assert found == pytest.approx(whole[: found.size], abs=1e-9)
+    assert found == pytest.approx(whole[: found.size], abs=1e-6)  # s; linear where the record ends
 
 
 @pytest.mark.parametrize(("jitter", "shimmer"), [(0, 0), (0.01, 0.02), (0.03, 0.05), (0.05, 0.05)])
