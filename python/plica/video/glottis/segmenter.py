@@ -30,7 +30,6 @@ _NOISE = 0.03  # of the contrast
 _BAND = (0.15, 0.7)  # shares of the way from dark to tissue between whose outlines the true area lies
 _INNER = 0.2  # the same, of the outline that shade hardly moves (docs/verification/video.md, "One lamp")
 _DEEPEST = 75  # percentile of the depths of a mask: in a narrow slit the lens fills the rest with light
-_MOVING = 0.98  # of the pixels: those that vary more, as digits that are burnt in, count as much as the next
 _TINY = 0.1  # of the largest mask: what is smaller may be no glottis
 _LEAST = 6  # px; what is smaller is noise, and would draw the midline to it
 
@@ -225,9 +224,7 @@ def _segmented(recording: Frames) -> list[tuple[Grey, Mask]]:
             darkness.append(float(np.percentile(frame, 5)))
             yield frame
 
-    moves = spread(seen())
-    moves = np.minimum(moves, np.quantile(moves, _MOVING))
-    varies = ndimage.gaussian_filter(moves, 0.02 * max(recording.shape))
+    varies = ndimage.gaussian_filter(spread(seen()), 0.02 * max(recording.shape))
     prior = Prior(where=varies / max(float(varies.max()), 1e-12))
     chosen = {*range(0, recording.count, max(1, recording.count // 20)), int(np.argmin(darkness))}
     frames = [frame for k, frame in enumerate(recording.frames()) if k in chosen]

@@ -89,24 +89,3 @@ def test_frames_are_blurred_only_as_far_as_noise_asks(tmp_path: Path) -> None:
         blurs.append(learn(Recording.open(tmp_path / "noisy.npy")).blur)
     assert blurs[:2] == [0, 0]
     assert 0.2 < blurs[2] < blurs[3] == 1
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_digits_that_count_the_frames_are_no_glottis(seed: int, tmp_path: Path) -> None:
-    """They are black and white, sharp, and change in every frame."""
-    random = np.random.default_rng(seed)
-    y, x = np.mgrid[:120, :100]
-    texture = 12 * ndimage.gaussian_filter(random.standard_normal(y.shape), 2)
-    frames = []
-    for t in range(60):
-        wide = max(0.0, 7 * np.sin(2 * np.pi * t / 19)) * np.clip(1 - ((y - 66) / 40) ** 2, 0, None)
-        covered = np.clip(wide + 0.5 - np.abs(x - 50), 0, 1)
-        frame = ndimage.gaussian_filter((150 + texture) * (1 - covered) + 25 * covered, 1.0)
-        for digit in range(3):
-            dots = (random.random((5, 3)) < 0.6).repeat(2, 0).repeat(2, 1)
-            frame[4:14, 4 + 8 * digit : 10 + 8 * digit] = np.where(dots, 235, 10)
-        frames.append(frame + random.standard_normal(frame.shape))
-    np.save(tmp_path / "film.npy", np.clip(frames, 0, 255).astype(np.uint8))
-    look = learn(Recording.open(tmp_path / "film.npy"))
-    assert look.reach[40:90, 46:54].mean() > 0.9
-    assert not look.reach[:16, :30].any()
