@@ -165,7 +165,8 @@ def _between_sides(width: Floats, centre: Floats, begin: int, end: int, free: Ma
     )
     beside = np.r_[max(begin - count, 0) : begin, end : min(end + count, width.shape[1])]
     beside = beside[free[beside]]
-    whole = (width[:, beside] >= _OPEN).all(axis=1) & (beside.size >= _LEAST_BESIDE)
+    between_them = beside.size >= _LEAST_BESIDE and bool((beside < begin).any() and (beside >= end).any())
+    whole = (width[:, beside] >= _OPEN).all(axis=1) & between_them
     middle, half = (above + below) / 2, (below - above) / 2
     powers = [np.vander((lines - middle) / half, 3) for lines in (np.arange(begin, end), beside)]
     along = powers[0] @ np.linalg.pinv(powers[1])  # (end - begin, beside)

@@ -13,7 +13,7 @@ from scipy import ndimage
 from plica.measures.sides import side_measures
 from plica.video.analysis import analyse, load
 from plica.video.errors import VideoError
-from plica.video.glottis.fold_edges import fold_edges
+from plica.video.glottis.fold_edges import _between_sides, fold_edges
 from plica.video.glottis.glottal_area import GlottalArea, areas
 from plica.video.glottis.midline import Midline, Slits, closing_in, find_midline
 from plica.video.measures.waveforms import area_cycles, measures
@@ -172,6 +172,18 @@ def test_a_strand_that_slants_over_a_wide_glottis_leaves_its_curve() -> None:
     for side in ("left", "right"):
         off = (getattr(crossed, side) - getattr(bare, side))[np.ix_(wide, middle)]
         assert abs(off.mean()) < 0.15
+
+
+def test_of_lines_on_one_side_alone_no_curve_is_drawn_across_a_strand() -> None:
+    """Those on the other side are another strand's; a parabola would run on from one side."""
+    lines = np.arange(30.0)
+    width, centre = (10 - 0.05 * (lines - 15) ** 2)[None], np.zeros((1, 30))
+    free = np.ones(30, dtype=bool)
+    curved, _ = _between_sides(width, centre, 12, 18, free)
+    assert curved[0] == pytest.approx(width[0, 12:18])
+    free[18:] = False
+    straight, _ = _between_sides(width, centre, 12, 18, free)
+    assert straight[0] == pytest.approx(np.interp(lines[12:18], [11, 18], width[0, [11, 18]]))
 
 
 def test_below_a_strand_edges_are_those_beside_it_in_every_frame() -> None:
