@@ -96,8 +96,8 @@ class FrameSequence:
             found.append(
                 f"the cycles differ by whole frames (standard deviation {self.spread:.2g} frames), as "
                 "no voice's do: frames are missing, or there twice, so that frequency and jitter, which have "
-                "no interval, shimmer and quotients are not those of the voice. Take it from the camera again, "
-                "with all frames"
+                "no interval, shimmer and quotients are not those of the voice. Take it from the camera "
+                "again, with all frames"
             )
         return found
 
