@@ -103,3 +103,16 @@ def test_what_comes_before_the_tables_is_printed_on_two_sheets(tmp_path: Path) -
     for text in (page, page[:light] + reasons + page[light:]):
         lead = text[: text.index('<h2 class="rest">')]
         assert len(weasyprint.HTML(string=lead).render().pages) == 2
+
+
+def test_a_reason_ends_as_a_sentence_does() -> None:
+    found = SimpleNamespace(
+        doubts=["is fps the rate of recording?", "the gap is hidden"],
+        signals=SimpleNamespace(doubts=[]),
+        measures={},
+        cycles=SimpleNamespace(count=5, no_period=""),
+        flags=["", ""],
+        count=2,
+        complete=False,
+    )
+    assert light_of(found).said.startswith("Is fps the rate of recording? The gap is hidden. ")

@@ -102,7 +102,7 @@ def test_beside_a_fold_that_is_still_a_gap_is_recognised_by_how_long_the_other_l
             frame = np.full((40, 60), 140.0, dtype=np.float32)
             right = left + 8 + round(5.4 * np.sin(2 * np.pi * t / 10))
             frame[rows, left:right] = 10  # never narrower than 3 px, and its left fold is still
-            frame[10:30, 34:40] = 10  # a crease where the right fold ends when it is farthest
+            frame[10:30, 33:40] = 10  # a crease where the right fold ends when it is farthest
             if creeping:
                 frame[10:30, 8 : left - 4 + t // 20] = 10  # a shadow whose border moves to the glottis
             frames.append(frame)
@@ -115,7 +115,7 @@ def test_beside_a_fold_that_is_still_a_gap_is_recognised_by_how_long_the_other_l
         gap = np.zeros((40, 60), dtype=bool)
         gap[rows, left:end] = True
         crease = np.zeros_like(gap)
-        crease[10:30, 34:40] = True
+        crease[10:30, 33:40] = True
         assert levels.always_dark[crease].all()
         assert np.array_equal(levels.gap, gap)
 

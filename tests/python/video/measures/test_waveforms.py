@@ -57,6 +57,17 @@ def test_area_of_the_synthetic_glottis_is_that_of_its_mask() -> None:
         assert sum(glottis.area(t)) == pytest.approx(glottis.mask(t).sum(), rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("late", "said"), [(0.8, "the right fold lags"), (-0.8, "the left fold lags"), (0, "")]
+)
+def test_the_note_of_a_phase_says_which_fold_lags(late: float, said: str) -> None:
+    turn = 2 * np.pi * np.arange(120) / 20.7
+    left, right = 5 + 4 * np.sin(turn), 5 + 4 * np.sin(turn - late)
+    found, _ = measures(GlottalArea(60 * left, 60 * right, left, right))
+    note = found["left_right_phase"].note
+    assert note.startswith(said) if said else "lags" not in note
+
+
 @pytest.mark.slow
 def test_masks_area_and_midline_are_the_true_ones(asymmetric: SyntheticGlottis, recorded: Recording) -> None:
     found = list(masks(recorded))
