@@ -26,17 +26,38 @@ Gas gas_of(const Airflow::Options& flow, double sound_speed) {
 
 namespace {
 
-constexpr double momenta_follow = 2.0;  // added to whether the flow is stopped
+// Added to whether the flow is stopped, which is the first number.
+constexpr double momenta_follow = 2.0, secants_follow = 4.0;
+constexpr std::size_t secants_kept = 2;
+
+/// The memory that is left where `taken` numbers from the second on are those of a part, which this flag says.
+AirColumn::Memory without_part(const std::vector<double>& numbers, double flag, std::ptrdiff_t taken) {
+  std::vector<double> others{numbers[0] - flag};
+  others.insert(others.end(), numbers.begin() + 1 + taken, numbers.end());
+  return AirColumn::Memory::of(others);
+}
+
+AirColumn::Memory with_secants(const std::vector<double>& numbers) {
+  constexpr std::ptrdiff_t head = 3;
+  const auto count = static_cast<double>(numbers.size());
+  if (count < head || !(numbers[1] >= 1 && numbers[2] >= 1 && head + 2 * numbers[1] * numbers[2] <= count))
+    throw InvalidInput("AirColumn", "numbers of its memory", count, "",
+                       "those of its secants and more, as its second and third number say");
+  const auto size = static_cast<std::ptrdiff_t>(numbers[1]), kept = static_cast<std::ptrdiff_t>(numbers[2]);
+  AirColumn::Memory memory = without_part(numbers, secants_follow, head - 1 + 2 * size * kept);
+  const double* at = numbers.data() + head;
+  for (std::ptrdiff_t k = 0; k < kept; ++k, at += 2 * size)
+    memory.secants.push_back({Eigen::Map<const Vector>(at, size), Eigen::Map<const Vector>(at + size, size)});
+  return memory;
+}
 
 AirColumn::Memory with_momenta(const std::vector<double>& numbers) {
-  constexpr std::size_t head = 3;
+  constexpr std::ptrdiff_t head = 3;
   const auto count = static_cast<double>(numbers.size());
-  if (numbers.size() < head || !(numbers[1] >= 1 && head + 2 * numbers[1] <= count))
+  if (count < head || !(numbers[1] >= 1 && head + 2 * numbers[1] <= count))
     throw InvalidInput("AirColumn", "numbers of its memory", count, "", "3 and more, with two of each section");
   const auto sections = static_cast<std::ptrdiff_t>(numbers[1]);
-  std::vector<double> others{numbers[0] - momenta_follow};
-  others.insert(others.end(), numbers.begin() + head + 2 * sections, numbers.end());
-  AirColumn::Memory memory = AirColumn::Memory::of(others);
+  AirColumn::Memory memory = without_part(numbers, momenta_follow, head - 1 + 2 * sections);
   memory.interval = numbers[2];
   memory.momentum = Eigen::Map<const Vector>(numbers.data() + head, sections);
   memory.momentum_before = Eigen::Map<const Vector>(numbers.data() + head + sections, sections);
@@ -47,7 +68,16 @@ AirColumn::Memory with_momenta(const std::vector<double>& numbers) {
 
 std::vector<double> AirColumn::Memory::numbers() const {
   std::vector<double> numbers{flow_stopped ? 1.0 : 0.0};
-  if (momentum.size() > 0) {  // its numbers before those of tubes, which the first one says
+  if (!secants.empty()) {  // before those of momenta and tubes, which the first one says
+    numbers[0] += secants_follow;
+    numbers.push_back(static_cast<double>(secants[0].image.size()));
+    numbers.push_back(static_cast<double>(secants.size()));
+    for (const auto& [image, residual] : secants) {
+      numbers.insert(numbers.end(), image.begin(), image.end());
+      numbers.insert(numbers.end(), residual.begin(), residual.end());
+    }
+  }
+  if (momentum.size() > 0) {
     numbers[0] += momenta_follow;
     numbers.push_back(static_cast<double>(momentum.size()));
     numbers.push_back(interval);
@@ -66,6 +96,7 @@ std::vector<double> AirColumn::Memory::numbers() const {
 
 AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
   constexpr std::size_t head = 13;
+  if (!numbers.empty() && numbers[0] >= secants_follow) return with_secants(numbers);
   if (!numbers.empty() && numbers[0] >= momenta_follow) return with_momenta(numbers);
   const auto count = static_cast<double>(numbers.size());
   if (numbers.size() != 1 && numbers.size() <= head)
@@ -186,6 +217,11 @@ FlowState AirColumn::evaluate(const Vector& areas, Instant at, const std::option
   return airflow_->evaluate(areas, air(at), stopped(), std::nullopt, moving);
 }
 
+void AirColumn::remember(Secant secant) {
+  now_.secants.push_back(std::move(secant));
+  if (now_.secants.size() > secants_kept) now_.secants.erase(now_.secants.begin());
+}
+
 AirColumn::Memory AirColumn::end_step(const FlowState& flow) {
   if (trachea_) now_.trachea = trachea_->taken->end(-flow.flow_below, &now_.trachea_work);
   if (tract_) now_.tract = tract_->taken->end(flow.flow_above, &now_.tract_work);
@@ -221,6 +257,16 @@ void AirColumn::require(const Memory& memory) const {
     if (!momentum->allFinite())
       throw InvalidInput("Simulation: the momentum of the state's air has a value that is not finite.");
   }
+  for (const auto& [image, residual] : memory.secants)
+    for (const Vector* values : {&image, &residual}) {
+      const std::ptrdiff_t size = has_tubes() ? airflow_->sections().count() + 2 : 0;
+      if (values->size() != size)
+        throw InvalidInput("Simulation", "pressures of a secant of the state's air",
+                           static_cast<double>(values->size()), "", std::to_string(size),
+                           "It belongs to another scene.");
+      if (!values->allFinite())
+        throw InvalidInput("Simulation: a secant of the state's air has a value that is not finite.");
+    }
   if (!(memory.interval >= 0) || !std::isfinite(memory.interval))
     throw InvalidInput("Simulation", "interval of the state's air", memory.interval, "s", ">= 0 and finite");
   check("trachea", memory.trachea, trachea_);

@@ -28,6 +28,11 @@ Gas gas_of(const Airflow::Options& flow, double sound_speed);
 class AirColumn {
  public:
   enum class Instant { last, weighted };  // t_n, t_{n+1+alpha}
+  /// How the pressures at sections and ends (s + 2) Pa of a coupling answer to theirs: by how much two of their
+  /// images differ, and those less what they are images of.
+  struct Secant {
+    Vector image, residual;
+  };
   /// At the end of a step, as what a file keeps.
   struct Memory {
     bool flow_stopped = false;
@@ -39,6 +44,7 @@ class AirColumn {
     // the flow had always been so; empty without inertance.
     Vector momentum, momentum_before;
     double interval = 0.0;
+    std::vector<Secant> secants;  // of the last two steps whose coupling iterated between tubes; newest last
     std::vector<double> numbers() const;
     /// Throws InvalidInput for numbers that are not such.
     static Memory of(const std::vector<double>& numbers);
@@ -70,6 +76,8 @@ class AirColumn {
   /// Whether contact stops the flow, from now on.
   void stop(bool stopped) { now_.flow_stopped = stopped; }
   bool stopped() const { return now_.flow_stopped; }
+  /// What the coupling of the step has learned; the latest two are kept.
+  void remember(Secant secant);
   const Memory& remembered() const { return now_; }
   /// What it remembers of the step that has been made, whose load was of this flow.
   Memory end_step(const FlowState& flow);

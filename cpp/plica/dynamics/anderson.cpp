@@ -7,28 +7,38 @@
 namespace plica {
 
 void Anderson::forget() {
-  images_.clear();
-  residuals_.clear();
+  image_.resize(0);
+  residual_.resize(0);
+  differences_.clear();
+  taken_ = false;
+}
+
+void Anderson::take(Difference difference) {
+  differences_.push_back(std::move(difference));
+  taken_ = true;
 }
 
 Vector Anderson::next(const Vector& x, const Vector& image) {
   require_size("Anderson", "the image", image.size(), x.size());
-  if (!images_.empty()) require_size("Anderson", "x", x.size(), images_.back().size());
-  images_.push_back(image);
-  residuals_.push_back(image - x);
-  if (static_cast<int>(images_.size()) > depth_ + 1) {
-    images_.erase(images_.begin());
-    residuals_.erase(residuals_.begin());
+  const Vector residual = image - x;
+  if (image_.size() > 0) {
+    require_size("Anderson", "x", x.size(), image_.size());
+    if (taken_) differences_.clear();
+    taken_ = false;
+    differences_.push_back({image - image_, residual - residual_});
+    if (static_cast<int>(differences_.size()) > depth_) differences_.erase(differences_.begin());
   }
-  const auto columns = static_cast<std::ptrdiff_t>(images_.size()) - 1;
+  image_ = image;
+  residual_ = residual;
+  const auto columns = static_cast<std::ptrdiff_t>(differences_.size());
   if (columns == 0) return image;
-  Eigen::MatrixXd differences(x.size(), columns);
-  for (std::ptrdiff_t j = 0; j < columns; ++j) differences.col(j) = residuals_[j + 1] - residuals_[j];
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(differences);
+  Eigen::MatrixXd residuals(x.size(), columns);
+  for (std::ptrdiff_t j = 0; j < columns; ++j) residuals.col(j) = differences_[j].residual;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(residuals);
   qr.setThreshold(1e-10);  // differences that repeat earlier ones carry only round-off
-  const Vector weights = qr.solve(residuals_.back());
+  const Vector weights = qr.solve(residual);
   Vector next = image;
-  for (std::ptrdiff_t j = 0; j < columns; ++j) next -= weights[j] * (images_[j + 1] - images_[j]);
+  for (std::ptrdiff_t j = 0; j < columns; ++j) next -= weights[j] * differences_[j].image;
   return next;
 }
 

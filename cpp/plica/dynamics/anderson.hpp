@@ -4,17 +4,27 @@
 namespace plica {
 
 /// Anderson mixing for a fixed point x = H(x) of few unknowns: the next x is the affine combination of the
-/// last images H(x_k) whose residuals H(x_k) - x_k cancel best. The first step is the plain one.
+/// last images H(x_k) whose residuals H(x_k) - x_k cancel best. The first step is the plain one, where no
+/// differences of a problem before it are at hand.
 class Anderson {
  public:
+  /// By how much two images differ, and their residuals.
+  struct Difference {
+    Vector image, residual;
+  };
+
   explicit Anderson(int depth) : depth_(depth) {}
   /// Takes x and its image, returns the next x.
   Vector next(const Vector& x, const Vector& image);
+  /// Takes a difference of a problem before this one, for as long as it has none of its own.
+  void take(Difference difference);
   void forget();
 
  private:
   int depth_;
-  std::vector<Vector> images_, residuals_;  // newest last
+  bool taken_ = false;                   // what differences_ are
+  Vector image_, residual_;              // of the last x; empty before
+  std::vector<Difference> differences_;  // newest last
 };
 
 }  // namespace plica

@@ -67,6 +67,8 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
   AirwayPressure pressure = flow_through(step, air, Instant::weighted).on_walls();
   Anderson mixing(depth);
+  for (const AirColumn::Secant& known : air.remembered().secants) mixing.take({known.image, known.residual});
+  Vector first, image_of_first;
   FlowRecord record;
   std::optional<AirColumn::Held> held;
   for (record.sweeps = 1;; ++record.sweeps) {
@@ -77,6 +79,13 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
     const Vector found = air.has_tubes() ? record.state.on_walls().all() : record.state.pressure;
     const Vector taken = air.has_tubes() ? pressure.all() : pressure.sections;
     record.residual = pressure_difference(air.airflow(), found, taken);
+    if (record.sweeps == 1 && air.has_tubes()) {
+      first = taken;
+      image_of_first = found;
+    } else if (record.sweeps == 2 && air.has_tubes()) {
+      const Vector image = found - image_of_first;
+      air.remember({image, image - (taken - first)});
+    }
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
     if (!held && record.sweeps >= coupling.freeze_after && air.airflow().stops_at_contact()) {

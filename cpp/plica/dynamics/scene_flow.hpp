@@ -14,7 +14,9 @@ class SceneFlow {
   SceneFlow(const Scene& scene, const Motion& motion)
       : airflow_(scene.mesh, scene.mesh.surface(scene.airflow->surface), scene.airflow->flow),
         origin_(motion.origin()),
-        images_(motion.images()) {}
+        images_(motion.images()) {
+    fold_patterns();
+  }
 
   const Airflow& airflow() const { return airflow_; }
   /// Solves for the response of these nodes where a coupling that iterates can use it: the load is linear in the
@@ -28,13 +30,13 @@ class SceneFlow {
   const PressureResponse* response() const { return response_ ? &*response_ : nullptr; }
   /// (s) m^2
   Vector areas(const Points& x) const { return origin_.isZero(0) ? airflow_.areas(x) : airflow_.areas(placed(x)); }
-  /// How fast the airway gives way at the velocities of its nodes, velocity(node) m/s.
+  /// How fast the airway gives way at the velocities of its nodes, velocity(node) m/s: asked for those of the
+  /// part of which the others are images.
   template <class Velocity>
   AirwayExpansion expansion(const Velocity& velocity) const {
-    const Indices& nodes = airflow_.nodes();
-    Vector all(3 * nodes.size());
-    for (std::ptrdiff_t n = 0; n < nodes.size(); ++n) all.segment<3>(3 * n) = velocity(nodes[n]);
-    return airflow_.expansion(all);
+    Vector own(3 * own_nodes_.size());
+    for (std::ptrdiff_t n = 0; n < own_nodes_.size(); ++n) own.segment<3>(3 * n) = velocity(own_nodes_[n]);
+    return {own_.below.dot(own), own_.sections.transpose() * own, own_.above.dot(own)};
   }
   /// Adds the force of the pressure on the tissue at x to `load`, N, of the motion's unknowns.
   void add_load(const Points& x, const AirwayPressure& pressure, Vector& load) const {
@@ -54,10 +56,40 @@ class SceneFlow {
       airflow_.add_load(placed(x), pressure, load);
   }
   Points placed(const Points& x) const { return x.rowwise() + origin_.transpose(); }
+  /// The load patterns of all images of a node, summed as it sees them.
+  void fold_patterns() {
+    const LoadPatterns& patterns = airflow_.load_patterns();
+    const Indices& nodes = airflow_.nodes();
+    if (!images_) {
+      own_nodes_ = nodes;
+      own_ = patterns;
+      return;
+    }
+    const Indices part = images_->nodes_of(nodes);
+    own_nodes_ = images_->nodes()(part);
+    std::vector<std::int32_t> place(static_cast<std::size_t>(images_->nodes().size()), -1);
+    for (std::int32_t i = 0; i < part.size(); ++i) place[static_cast<std::size_t>(part[i])] = i;
+    own_ = {
+        {3 * part.size(), patterns.sections.cols()}, Vector::Zero(3 * part.size()), Vector::Zero(3 * part.size())};
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::ptrdiff_t row = 0; row < patterns.sections.rows(); ++row) {
+      const std::int32_t node = nodes[row / 3];
+      const auto own = static_cast<int>(3 * place[static_cast<std::size_t>(images_->node_of(node))] + row % 3);
+      const double sign = images_->sign(node)[row % 3];
+      own_.below[own] += sign * patterns.below[row];
+      own_.above[own] += sign * patterns.above[row];
+      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(patterns.sections, row); entry;
+           ++entry)
+        entries.emplace_back(own, static_cast<int>(entry.col()), sign * entry.value());
+    }
+    own_.sections.setFromTriplets(entries.begin(), entries.end());
+  }
 
   Airflow airflow_;
   Vector3 origin_;              // m
   const MirrorImages* images_;  // null where all nodes move on their own
+  Indices own_nodes_;           // of the airway's, in the whole: those of the part
+  LoadPatterns own_;            // of these
   std::optional<PressureResponse> response_;
 };
 

@@ -117,14 +117,10 @@ AirwayExpansion Step::expansion(Instant instant) const {
 }
 
 void Step::move(const AirwayPressure& pressure, Instant instant) {
-  {
-    const Stopwatch watch(times_.load);
-    load_ = scene_load_;
-    flow_->add_load(at(instant), pressure, load_);
-    pressure_ = pressure;
-  }
+  pressure_ = pressure;
   moved_ = true;
   if (!response_ || (!response_->ends() && !pressure.same_ends(solved_at_))) {
+    take_load(instant);
     solve_free();
     response_ = flow_->response();
     solved_at_ = pressure;
@@ -134,6 +130,12 @@ void Step::move(const AirwayPressure& pressure, Instant instant) {
     take_positions();
   }
   touch();
+}
+
+void Step::take_load(Instant instant) {
+  const Stopwatch watch(times_.load);
+  load_ = scene_load_;
+  flow_->add_load(at(instant), pressure_, load_);
 }
 
 void Step::solve_free() {
@@ -210,6 +212,7 @@ bool Step::retreat() {
 
 bool Step::settle() {
   if (!tissue_) return true;
+  if (response_) take_load(Instant::weighted);
   const Vector contact_force = force_of_contacts();
   const Vector force = right_hand_side(contact_force);
   const Stopwatch watch(times_.tissue);
@@ -221,6 +224,7 @@ bool Step::settle() {
 
 void Step::complete() {
   contact_force_ = force_of_contacts();
+  if (response_) take_load(Instant::weighted);
   const Stopwatch watch(times_.solve);
   const Vector force = right_hand_side(contact_force_);
   if (free_.x.size() == 0) {

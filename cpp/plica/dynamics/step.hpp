@@ -65,6 +65,8 @@ class Step final : public NodalStep {
   void solve_anew();  // in the next move, from where this one has led
   /// U and V under an acceleration.
   void weigh(const Vector& a, Vector& U, Vector& V) const;
+  /// load_ under pressure_, for what is solved; where a response moves the positions this is left to the end.
+  void take_load(Instant instant);
   /// Solves for the positions under load_, without contact.
   void solve_free();
   const Points& at(Instant instant) const { return instant == Instant::last ? x_previous_ : weighted_; }

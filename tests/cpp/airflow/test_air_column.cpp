@@ -84,6 +84,8 @@ TEST_CASE("the memory of the air is what its numbers say, and starts with none")
   std::vector<double> numbers(14, 0.0);
   numbers[12] = 3;  // of the trachea, where there is one
   CHECK_THROWS_AS(AirColumn::Memory::of(numbers), InvalidInput);
+  CHECK_THROWS_AS(AirColumn::Memory::of({4.0, 3.0, 1.0, 0.0}), InvalidInput);  // of a secant of three pressures
+  CHECK_THROWS_AS(AirColumn::Memory::of({4.0}), InvalidInput);
   const Airflow airflow = rising(1e-3);
   AirColumn column(airflow, 1e-4);
   const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
@@ -104,6 +106,13 @@ TEST_CASE("a steady flow between tubes goes on as it began") {
   CHECK(first.supraglottal_pressure > 0);
   AirColumn::Memory memory = column.remembered();
   CHECK(AirColumn::Memory::of(memory.numbers()).numbers() == memory.numbers());
+  for (const double last : {1.0, 2.0, 3.0})
+    column.remember({Vector::Constant(4, last), Vector::Constant(4, -last)});
+  const AirColumn::Memory learned = AirColumn::Memory::of(column.remembered().numbers());
+  CHECK(learned.numbers() == column.remembered().numbers());
+  CHECK(learned.secants.size() == 2);
+  CHECK(learned.secants[1].residual == Vector::Constant(4, -3.0));
+  CHECK(learned.tract == memory.tract);
   for (int i = 0; i < 50; ++i) {
     column.begin_step(memory, i * 1e-4, 0.7e-4);
     const FlowState flow = column.evaluate(areas, Instant::weighted);
