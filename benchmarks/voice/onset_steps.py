@@ -38,6 +38,12 @@ SCENES: list[tuple[str, str, dict[str, Any], tuple[float, ...]]] = [
         {"airflow.model": "bernoulli", "full": (200.0,)},
         (100.0, 200.0),
     ),
+    (
+        "a damping ratio of 0.06",
+        "normal_phonation",
+        {"reduction": {"basis": "of the analysis", "damping_ratio": 0.06}},
+        (80.0, 150.0),
+    ),
     ("trachea", "normal_phonation", {"gap": WIDER, "trachea": TRACHEA}, (200.0, 400.0)),
     ("tract", "normal_phonation", {"gap": WIDER, "tract": TRACT}, (200.0, 400.0)),
     ("both", "normal_phonation", {"gap": WIDER, "trachea": TRACHEA, "tract": TRACT}, (150.0, 300.0)),

@@ -174,7 +174,8 @@ void bind_enforcement(py::module_& engine) {
 
 void bind_reduction(py::module_& engine) {
   options<Reduction>("Reduction", taken("basis", &Reduction::basis),
-                     option("watch_every", &Reduction::watch_every))
+                     option("watch_every", &Reduction::watch_every),
+                     option("damping_ratio", &Reduction::damping_ratio))
       .bind(engine, {}, py::kw_only());
 }
 

@@ -944,14 +944,17 @@ class Contact:
     def tolerance(self) -> float: ...
 
 class Reduction:
-    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"watch_every": 20}
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"watch_every": 20, "damping_ratio": None}
     def __init__(
         self,
         *,
         basis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"],
         watch_every: typing.SupportsInt | typing.SupportsIndex = 20,
+        damping_ratio: typing.SupportsFloat | typing.SupportsIndex | None = None,
     ) -> None: ...
     def __repr__(self) -> str: ...
+    @property
+    def damping_ratio(self) -> float | None: ...
     @property
     def watch_every(self) -> int: ...
 

@@ -39,7 +39,7 @@ Eigen::MatrixXd orthonormal(const NodalMatrix& M, Eigen::MatrixXd B) {
 
 }  // namespace
 
-ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors)
+ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors, std::optional<double> damping_ratio)
     : scheme_(motion.scheme()), step_(motion.step()), images_(motion.images()) {
   Eigen::MatrixXd basis = vectors;
   for (std::ptrdiff_t i = 0; i < basis.rows(); ++i)
@@ -49,7 +49,10 @@ ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors)
   stiffness_ = ritz.values;
   shapes_ = basis * ritz.vectors;
   momenta_ = times(motion.mass(), shapes_);
-  if (motion.viscosity()) viscosity_ = symmetric(shapes_.transpose() * times(*motion.viscosity(), shapes_));
+  if (damping_ratio)
+    viscosity_ = Eigen::MatrixXd((2 * *damping_ratio * stiffness_.cwiseMax(0).cwiseSqrt()).asDiagonal());
+  else if (motion.viscosity())
+    viscosity_ = symmetric(shapes_.transpose() * times(*motion.viscosity(), shapes_));
   const auto [alpha, beta, gamma] = scheme_;
   const Eigen::MatrixXd A = step_matrix((1 + alpha) * gamma * step_, (1 + alpha) * beta * step_ * step_);
   inverse_ = symmetric(A.llt().solve(Eigen::MatrixXd::Identity(size(), size())));

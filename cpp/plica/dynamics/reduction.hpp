@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "plica/core/types.hpp"
 
 namespace plica {
@@ -8,6 +10,8 @@ namespace plica {
 struct Reduction {
   Eigen::MatrixXd basis;  // (3 n, any number): the displacement is one of its combinations
   int watch_every = 20;   // steps, >= 1, between two looks at strains and folded tissue, which take the whole mesh
+  /// -, in (0, 1]: of critical, of every coordinate, in place of what the viscosity of materials damps.
+  std::optional<double> damping_ratio = {};
   void validate(std::ptrdiff_t nodes) const;  // throws InvalidInput
 };
 

@@ -143,7 +143,7 @@ State::Shape Simulation::shape_of_states() const {
   return {reduced_ ? reduced_->motion().size() : stiffness().rows(),
           scene_.mesh.cell_count(),
           static_cast<std::ptrdiff_t>(scene_.mesh.layer_names.size()),
-          viscosity().has_value(),
+          reduced_ ? reduced_->motion().has_viscosity() : viscosity().has_value(),
           flow_.has_value(),
           knows,
           reduced_ ? reduced_->interface() : -1,

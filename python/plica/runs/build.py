@@ -108,8 +108,12 @@ def build_simulation(
     if scene.strain is not None:
         parts["strain"] = engine_options(scene.strain.choice)
     if basis is not None:
-        watched = {} if scene.reduction is None else {"watch_every": scene.reduction.watch_every}
-        parts["reduction"] = _engine.Reduction(basis=basis, **watched)
+        given = (
+            {}
+            if scene.reduction is None
+            else scene.reduction.model_dump(include={"watch_every", "damping_ratio"})
+        )
+        parts["reduction"] = _engine.Reduction(basis=basis, **given)
     try:
         return _engine.Simulation(
             **body,

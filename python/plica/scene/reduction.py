@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, model_validator
 
 from plica.scene.part import Count, Part, engine_default, problem
+from plica.units import Number
 
 __all__ = ["Reduction"]
 
@@ -27,6 +28,10 @@ class Reduction(Part):
     watch_every: Count = Field(default_factory=engine_default("Reduction", "watch_every"))
     """Steps between two computations of strains and inverted tissue, which use the whole mesh; in between,
     waveforms keep the last values."""
+
+    damping_ratio: Annotated[Number, Field(gt=0, le=1)] | None = None
+    """[-] Of critical, of every coordinate, in place of what the viscosity of the tissue damps: silicone is nearer
+    to it than to a viscosity, with which damping rises with frequency."""
 
     @model_validator(mode="before")
     @classmethod

@@ -57,6 +57,11 @@ class Damping:
         return "viscosity of the tissue"
 
 
+def _damping_of(scene: Scene) -> Damping:
+    """That of its time steps."""
+    return Damping(None if scene.reduction is None else scene.reduction.damping_ratio)
+
+
 @dataclass(frozen=True)
 class Spectrum:
     """Eigenvalues s of small oscillations, exp(s t), about an equilibrium."""
@@ -130,7 +135,7 @@ class SmallMotion:
         self.scene, self.mesh, self.shapes = scene, mesh, shapes
         self.modes = modes
         """Number of coordinates that are modes; the others complete the responses to pressures."""
-        self.damping = Damping() if damping is None else damping
+        self.damping = _damping_of(scene) if damping in (None, Damping()) else damping
         self.squares = squares
         """(r) 1/s^2, ascending."""
         self.viscosity: Floats = np.zeros((len(squares), len(squares)))

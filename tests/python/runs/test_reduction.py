@@ -238,3 +238,46 @@ def test_as_many_responses_to_pressures_are_taken_as_it_says(
     mesh = build_mesh(phonating.mesh)
     monkeypatch.setattr("plica.runs.basis.PRESSURE_VECTORS", 5)
     assert vectors(phonating, mesh, 3, 0).shape[1] == 3 + 5
+
+
+@pytest.mark.parametrize("mode", [0, 5])
+def test_a_damping_ratio_damps_every_mode_alike(bar: plica.Scene, tmp_path: Path, mode: int) -> None:
+    """As the oscillator of the closed form, whatever the frequency and the viscosity of the tissue."""
+    mesh = build_mesh(bar.mesh)
+    basis, ratio = vectors(bar, mesh, 8, 0), 0.06
+    full = build_simulation(bar, mesh)
+    K, M = (csr_array(matrix, shape=2 * (len(basis),)) for matrix in (full.stiffness, full.mass))
+    shape = basis[:, mode] / np.sqrt(basis[:, mode] @ (M @ basis[:, mode]))
+    omega = np.sqrt(shape @ (K @ shape))
+    step = 2 * np.pi / omega / 400
+    scene = reduced(bar, 8, 0, tmp_path / "basis.h5").replace(
+        {
+            "reduction.damping_ratio": ratio,
+            "time.step": step,
+            "time.duration": 800 * step,
+            "output.every": 10 * step,
+            "output.checkpoint_every": 10 * step,
+            "time.scheme": {"newmark": {}},
+            "initial": None,
+        }
+    )
+    simulation = build_simulation(scene, mesh, displacement=1e-6 * shape.reshape(-1, 3))
+    amplitude = []
+    for _ in range(80):
+        waves = simulation.advance(10)
+        amplitude.append(shape @ (M @ simulation.displacement.ravel()))
+        energy = (waves["kinetic_energy"] + waves["elastic_energy"]).max()
+        assert np.abs(waves["energy_balance_error"]).max() < 1e-10 * energy
+    time = 10 * step * np.arange(1, 81)
+    damped = omega * np.sqrt(1 - ratio**2)
+    exact = np.exp(-ratio * omega * time) * (
+        np.cos(damped * time) + ratio / np.sqrt(1 - ratio**2) * np.sin(damped * time)
+    )
+    np.testing.assert_allclose(np.array(amplitude) / 1e-6, exact, atol=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.0, -0.1, 1.5, float("nan")])
+def test_a_damping_ratio_that_is_none_is_refused(bar: plica.Scene, tmp_path: Path, ratio: float) -> None:
+    scene = reduced(bar, 4, 0, tmp_path / "basis.h5")
+    with pytest.raises(plica.InvalidInput, match=r"reduction\.damping_ratio.* must be"):
+        scene.replace({"reduction.damping_ratio": ratio})

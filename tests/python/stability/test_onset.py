@@ -15,7 +15,7 @@ import plica
 from flow_folds import folds
 from plica.commands.main import main
 from plica.stability.onset import Onset, followed
-from plica.stability.small_motion import SmallMotion
+from plica.stability.small_motion import Damping, SmallMotion
 
 MODES = 40
 
@@ -82,6 +82,18 @@ def test_onset_rises_with_gap_stiffness_and_viscosity() -> None:
         assert first is not None
         pressures.append(first.pressure)
     assert min(pressures[1:]) > 1.1 * pressures[0]
+
+
+def test_a_scene_that_steps_with_a_damping_ratio_has_its_onset_with_it(tmp_path: Path) -> None:
+    scene, pressure = folds(gap=2e-4), 400.0
+    file = tmp_path / "basis.h5"
+    plica.reduce(scene, file, modes=10)
+    damped = scene.replace({"reduction": {"basis": str(file), "damping_ratio": 0.06}})
+    given = SmallMotion(scene, MODES, Damping(ratio=0.06)).spectrum(pressure)
+    assert SmallMotion(damped, MODES).spectrum(pressure).growth == given.growth
+    assert SmallMotion(scene, MODES).spectrum(pressure).growth != given.growth
+    light = SmallMotion(damped, MODES, Damping(ratio=0.03))
+    assert light.damping == Damping(ratio=0.03)
 
 
 def test_no_onset_in_the_range_is_a_result() -> None:
