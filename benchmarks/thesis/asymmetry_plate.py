@@ -106,16 +106,13 @@ def asymmetry(shelf: Shelf) -> Plate | None:
         side: verdict_text(rises([folds[p][side].compression for p in records])) for side in ("left", "right")
     }
     apart = max(float(record.measures["contact_force_balance"].value or 0) for record in records.values())
-    along = max(anteroposterior(record) for record in records.values())
+    along, most = max(anteroposterior(record) for record in records.values()), max(records)
     text = (
-        f"Mean force on the left and the right fold (mN) {both('force', 2)}, which differ by {apart:.0e} "
-        "of the largest: action and reaction. Largest compression in the middle half of the folds (kPa) "
-        f"{both('compression', 2)}: growth of the left one {grows['left']}, of the right one "
-        f"{grows['right']}; anywhere (kPa) {both('anywhere', 2)}, found where the airway closes to an edge "
-        "at its ends. Amplitude right over left "
-        f"{', '.join(f'{p} %: {number(ratios[p], 3)}' for p in records)}; without contact forces "
-        f"{', '.join(f'{p} %: {number(bare[p], 3)}' for p in records)}. The largest anteroposterior force "
-        f"is {along:.0e} N."
+        f"Forces on both folds differ by {apart:.0e} of the largest. Largest compression in the middle half "
+        f"of the left and the right fold (kPa) {both('compression', 2)}: growth of the left one "
+        f"{grows['left']}, of the right one {grows['right']}. Amplitude right over left at "
+        f"{most} %: {number(ratios[most], 3)}; without contact forces {number(bare[most], 3)}. The largest "
+        f"anteroposterior force is {along:.0e} N."
     )
     rows = [
         [percent, side, *(x for value in values for x in parts(value))]

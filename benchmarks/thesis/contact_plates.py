@@ -82,10 +82,7 @@ def one_node(shelf: Shelf) -> Plate | None:
         f"The node passes its opposite by {overlap['penalty 1e7']:.0f} µm with the penalty and by "
         f"{overlap['multipliers']:.0f} µm with multipliers at the weighted position of Eq. (25) "
         f"({overlap.get('n + 1', np.nan):.2g} µm at n + 1). That the nodal force of multipliers is the "
-        f"rougher one is {verdict_text(rises([rough['penalty 1e7'], rough['multipliers']]))}: total "
-        f"variation {number(rough['multipliers'], 2)} against {number(rough['penalty 1e7'], 2)} times that "
-        "of one rise and fall. The velocity is the difference of positions, the force its size; the node "
-        "is the nearest of the mesh."
+        f"rougher one is {verdict_text(rises([rough['penalty 1e7'], rough['multipliers']]))}."
     )
     return Plate(
         "fig09",
@@ -120,7 +117,7 @@ def impact_stress(shelf: Shelf) -> Plate | None:
         f"The stress of multipliers peaks {number(rise['multipliers'], 2)} of the collision after its "
         f"start, that of the penalty {number(rise['penalty 1e7'], 2)}; the peaks are "
         f"{number(peaks['multipliers'], 2)} and {number(peaks['penalty 1e7'], 2)} kPa. The earlier peak is "
-        f"{verdict_text(rises([rise['multipliers'], rise['penalty 1e7']]))}, its height above the penalty's "
+        f"{verdict_text(rises([rise['multipliers'], rise['penalty 1e7']]))}, its greater height "
         f"{verdict_text(rises([peaks['penalty 1e7'], peaks['multipliers']]))}. A peak of one step is no "
         "property of the folds: it grows as the step falls (docs/phonation.md)."
     )
@@ -224,12 +221,9 @@ def schemes(shelf: Shelf) -> Plate | None:
     steady = all(r is not None and r.run.status == "finished" for r in records.values())
     verdicts.append("all four stable at 50 µs as published" if steady else "not all stable at 50 µs")
     rough = [f"{name} {number(r.roughness, 2)}" for name, r in records.items() if r is not None]
-    wide = [
-        f"{name} {number(r.value('amplitude_right', 1e3), 3)}" for name, r in records.items() if r is not None
-    ]
     text = (
-        f"Total variation of the nodal forces, one rise and fall being 1: {', '.join(rough)}. Amplitude of "
-        f"the folds (mm): {', '.join(wide)}. {'; '.join(verdicts)}."
+        f"Total variation of the nodal forces, one rise and fall being 1: {', '.join(rough)}. "
+        f"{'; '.join(verdicts)}."
     )
     return Plate(
         "fig12",

@@ -38,11 +38,10 @@ def shapes(shelf: Shelf) -> Plate:
     return Plate(
         "fig06",
         "Figure 6: two colliding cylinders",
-        "Geometry (the picture is not in the text) and shapes at 1.1 and 3 ms.",
-        "The thesis's text does not give density, radius, length and position; chosen: end to end along "
-        f"x, radius 1 m, length {cylinders.LENGTH:g} m, {cylinders.DENSITY:g} kg/m³ (the reasons stand in "
-        "cylinders.py). So shapes can only be looked at: flattened and widened at the contact as one "
-        "expects.",
+        "Geometry and shapes at 1.1 and 3 ms.",
+        "Density, radius, length and position are not given; chosen: end to end along "
+        f"x, radius 1 m, length {cylinders.LENGTH:g} m, {cylinders.DENSITY:g} kg/m³. The cylinders flatten "
+        "and widen at the contact as one expects.",
         ["time (ms)", "cylinder", "x (m)", "y (m)"],
         [
             [1e3 * time, k, *point]
@@ -91,18 +90,14 @@ def forces(shelf: Shelf) -> Plate:
     apart = float(np.abs(last.left - last.right).max() / last.right.max())
     durations = ", ".join(f"{1e3 * impact.duration:.2f}" for impact in found)
     impulses = ", ".join(f"{impact.impulse / cylinders.momentum():.3f}" for impact in found)
-    stresses = ", ".join(f"{1e-6 * impact.stress.max():.0f}" for impact in found)
     least, largest = extremes(last)
     text = (
-        f"Both forces are equal to {apart:.0e} of the largest. Over {len(found)} computations (elements "
-        f"across and step as in the picture) the contact lasts {durations} ms (bars: "
-        f"{1e3 * cylinders.bar_duration():.2f} ms), the impulse is {impulses} of twice the momentum (the "
-        f"rest stays as vibration), the largest compressive stress {stresses} MPa. After the first bounces "
-        f"the force is least at {least:.1f} ms and then largest at {largest:.1f} ms; the thesis has its "
-        "extremes at 1.1 and 3 ms. Its largest stress, 4.89e5 kPa (ANSYS 4.95e5), is ten times that of "
-        f"bars, sqrt(E density) v = {1e-3 * cylinders.bar_pressure():.3g} kPa: perhaps a power of ten "
-        "misprinted. A flat impact stops all nodes of the face in one step, so the unsmoothed force "
-        "begins with a spike that grows as the step falls."
+        f"Both forces are equal to {apart:.0e} of the largest. On the three meshes of the "
+        f"picture the contact lasts {durations} ms (bars: "
+        f"{1e3 * cylinders.bar_duration():.2f} ms), and the impulse is {impulses} of twice the momentum. "
+        f"The force is least at {least:.1f} ms and then largest at {largest:.1f} ms; the thesis has its "
+        "extremes at 1.1 and 3 ms. Its largest stress, 4.89e5 kPa, is ten times that of bars, perhaps a "
+        "misprint (docs/verification/cylinders.md)."
     )
     return Plate(
         "fig07",

@@ -53,8 +53,8 @@ def motion(shelf: Shelf) -> Plate | None:
     grows = "grows upward as in the thesis" if vertical[-1] > vertical[0] else "does not grow upward"
     text = (
         f"The vertical motion {grows} ({vertical[0]:.2f} mm at S8, {vertical[-1]:.2f} mm at the glottal "
-        f"exit); f0 is {number(f0, 0)} Hz instead of about 219 Hz (docs/phonation.md says why), and the "
-        f"upper node comes to x = {1e1 * lowest:.3f} mm of the mid-plane, where contact stops it."
+        f"exit); f0 is {number(f0, 0)} Hz instead of about 219 Hz (docs/phonation.md), and contact "
+        f"stops the upper node at x = {1e1 * lowest:.3f} mm."
     )
     every = slice(0, None, 4)
     return Plate(
@@ -254,10 +254,10 @@ def surface_forces(shelf: Shelf) -> Plate | None:
     )
     length = record.value("contact_length_fraction")
     text = (
-        f"The largest force on a triangle is {largest:.0f}e-4 N instead of some 1e-4 N (a force counts at "
-        "each of its node's triangles, which are larger here, and multipliers act in single steps), "
+        f"The largest force on a triangle is {largest:.0f}e-4 N (triangles are larger "
+        "here, and multipliers act in single steps), "
         f"{' and '.join(f'{y:.2f}' for y in places)} cm from the mid-coronal plane; contact covers "
-        f"{number(length, 2, 100)} % of the fold's length at most (published about 40 %)."
+        f"{number(length, 2, 100)} % of the fold's length at most."
     )
     return Plate(
         "fig08",

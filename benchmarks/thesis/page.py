@@ -46,16 +46,13 @@ Granados (2016).
 {mesh}
 
 B is `examples/thesis_b.toml` (half the printed viscosity), P is `examples/thesis.toml` (as printed), both
-with linear tetrahedra, {duration:g} s. The figures show B unless they say otherwise. Cycles are those of the
-last {last:g} ms; values are means over cycles ± standard error. The data of each figure are in
-`benchmarks/thesis/data`. What lies behind f0 and the size of the contact is in [phonation.md](phonation.md):
-the set-up is near its threshold, and its results depend on step and mesh.
+with linear tetrahedra, {duration:g} s. The figures show B unless they say otherwise. Values are means over
+the cycles of the last {last:g} ms ± standard error; the data of each figure are in `benchmarks/thesis/data`.
+The set-up is near its threshold, and its results depend on step and mesh ([phonation.md](phonation.md)).
 
-Definitions, as in the thesis: contact area is that of the right fold's interface triangles with a loaded
-vertex, overlap the volume of airway tetrahedra that are inside out, contact stress the mediolateral force
-over that area. "Forces neglected" is a penalty of 1e-15 of the thesis's. "LM" are Lagrange multipliers that
-close the gap at the weighted position of Eq. (25), "LM at n + 1" at the end of the step. The open quotient is
-at a level of 1 % of a cycle's largest area (`open_quotient_1_percent`).
+Contact area and stress are those of the right fold's triangles with a loaded vertex, overlap is the volume of
+airway tetrahedra that are inside out. "LM" are multipliers that close the gap at the weighted position of
+Eq. (25), "LM at n + 1" at the end of the step.
 """
 
 
@@ -65,15 +62,11 @@ REASONS = {  # beginning of a claim: why it may fail; shown where it does
         "does not state (phonation.md)."
     ),
     "open quotient (1 %) within": (
-        "open quotient, flow, contact length: with the printed viscosity (P) the folds hardly touch on "
-        "this mesh, with half of it (B) they close over most of their length; the published values lie "
-        "between."
+        "open quotient, flow, contact length: P hardly touches on this mesh, B closes over most of its "
+        "length; the published values lie between."
     ),
     "f0 falls": "f0 by pressure: the published change is only 3 Hz.",
-    "largest total force": (
-        "force by penalty: the overlap of a soft penalty is bounded by that without forces, so its force "
-        "vanishes with the penalty. Multipliers stop the folds in single steps, whence their peaks."
-    ),
+    "largest total force": ("force by penalty: see Figure 11."),
     "multipliers at the weighted": (
         "overlap: Eq. (25) as printed closes the gap at a weighted position and leaves 43 % of the last "
         "gap as overshoot; closed at the end of the step, only the tolerance is left."
@@ -83,8 +76,8 @@ REASONS = {  # beginning of a claim: why it may fail; shown where it does
         "force is that of one step."
     ),
     "the trapezoidal": (
-        "time schemes: the force of multipliers is rough with either scheme, not more so with the "
-        "trapezoidal rule; with the penalty the published difference is seen."
+        "time schemes: the force of multipliers is rough with either scheme; with the penalty the "
+        "published difference is seen."
     ),
     "largest compressive": (
         "compression: force and stress change from 0 to 20 to 40 % without order, by as much as separates "
@@ -98,7 +91,9 @@ def write(shelf: Shelf, docs: Path, data: Path) -> None:
     images = docs / "images"
     engine = (shelf.runs / "engine").read_text(encoding="utf-8")
     head = {"engine": engine, "mesh": mesh_text(shelf), "duration": cases.DURATION, "last": 1e3 * cases.LAST}
-    text = [HEAD.format(**head)]
+    found = trends(shelf)
+    write_trends(found, data / "trends.csv")
+    text = [HEAD.format(**head), trend_section(found, missing(shelf), os.path.relpath(data, docs))]
     for build in PLATES:
         made = build(shelf)
         if made is None:
@@ -108,9 +103,6 @@ def write(shelf: Shelf, docs: Path, data: Path) -> None:
         made.write_picture(images)
         text.append(section(made, os.path.relpath(images, docs), os.path.relpath(data, docs)))
         print(f"{made.name}: {made.text}")
-    found = trends(shelf)
-    write_trends(found, data / "trends.csv")
-    text.append(trend_section(found, missing(shelf), os.path.relpath(data, docs)))
     docs.mkdir(parents=True, exist_ok=True)
     (docs / "thesis.md").write_text("\n".join(text), encoding="utf-8")
     for trend in found:
@@ -148,7 +140,7 @@ def section(made: plate.Plate, images: str, data: str) -> str:
     shows, text = (textwrap.fill(words, 118) for words in (f"*Thesis:* {made.shows}", f"*Here:* {made.text}"))
     lines = [f"## {made.title}", "", shows, "", text, ""]
     if made.paint is not None:
-        lines += [f"![{made.title}]({images}/thesis_{made.name}.png)", ""]
+        lines += [f"![{made.title.partition(':')[0]}]({images}/thesis_{made.name}.png)", ""]
     else:
         lines += [f"Table: [{made.name}.csv]({data}/{made.name}.csv)", ""]
     return "\n".join(lines)
@@ -163,11 +155,8 @@ def trend_section(found: list[Trend], absent: list[str], data: str) -> str:
         "",
         "A trend passes where its ends differ in the published sense by more than twice the standard "
         "error and no step",
-        "goes against it by as much; it fails where a step does, and is undecided else. Errors are those "
-        "of independent",
-        "cycles; a slow drift within the last 60 ms is not in them. No value: the run is not made, its",
-        "oscillation dies out (as on the coarse mesh) or its folds never touch.",
-        "Prototype: an independent program.",
+        "goes against it by as much; it fails where a step does, and is undecided else. No value: the run is",
+        "not made, its oscillation dies out or its folds never touch.",
         "",
         f"Table: [trends.csv]({data}/trends.csv)",
         "",
@@ -176,7 +165,7 @@ def trend_section(found: list[Trend], absent: list[str], data: str) -> str:
     why = [text for start, text in REASONS.items() if any(claim.startswith(start) for claim in failed)]
     if why:
         bullets = [textwrap.fill(f"- {text}", 118, subsequent_indent="  ") for text in why]
-        lines += ["Where claims fail, as far as we see why:", "", *bullets, ""]
+        lines += ["Why claims fail, as far as known:", "", *bullets, ""]
     if absent:
         named = f"Runs not made or not finished: {', '.join(absent)}."
         lines += [textwrap.fill(named, 118, break_on_hyphens=False), ""]

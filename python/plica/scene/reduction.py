@@ -30,7 +30,7 @@ class Reduction(Part):
     waveforms keep the last values."""
 
     damping_ratio: Annotated[Number, Field(gt=0, le=1)] | None = None
-    """[-] Of critical, of every coordinate, in place of what the viscosity of the tissue damps: silicone is nearer
+    """[-] Of critical, of every coordinate, in place of the viscosity of the tissue: silicone is nearer
     to it than to a viscosity, with which damping rises with frequency."""
 
     @model_validator(mode="before")
