@@ -13,34 +13,57 @@ namespace plica {
 
 namespace {
 
-/// Nodes by their x.
-std::vector<std::int32_t> along_x(std::vector<std::int32_t> nodes, const Points& x) {
-  std::sort(nodes.begin(), nodes.end(), [&](std::int32_t a, std::int32_t b) { return x(a, 0) < x(b, 0); });
-  return nodes;
+Eigen::AlignedBox3d box_of(const Points& x, const std::vector<std::int32_t>& nodes) {
+  Eigen::AlignedBox3d box;
+  for (const std::int32_t node : nodes) box.extend(Vector3(x.row(node)));
+  return box;
 }
 
-/// Calls visit(cell, node, barycentric coordinates) for each of the nodes, sorted along x, in the box of a cell
-/// that it is no node of; corners only. Until a visit is true, which it then is itself.
+/// Points that are sought in boxes: sorted along the longest axis of their own.
+class Sought {
+ public:
+  Sought(const Points& x, std::vector<std::int32_t> nodes)
+      : x_(x), nodes_(std::move(nodes)), box_(box_of(x, nodes_)) {
+    if (nodes_.empty()) return;
+    box_.sizes().maxCoeff(&axis_);
+    std::sort(nodes_.begin(), nodes_.end(),
+              [&](std::int32_t a, std::int32_t b) { return x_(a, axis_) < x_(b, axis_); });
+  }
+  /// Calls visit(node) for each in the box, until it is true; whether it was.
+  template <class Visit>
+  bool any_in(const Eigen::AlignedBox3d& box, Visit visit) const {
+    if (!box.intersects(box_)) return false;
+    auto node = std::lower_bound(nodes_.begin(), nodes_.end(), box.min()[axis_],
+                                 [&](std::int32_t at, double value) { return x_(at, axis_) < value; });
+    for (; node != nodes_.end() && x_(*node, axis_) <= box.max()[axis_]; ++node)
+      if (box.contains(Vector3(x_.row(*node))) && visit(*node)) return true;
+    return false;
+  }
+
+ private:
+  const Points& x_;
+  std::vector<std::int32_t> nodes_;
+  Eigen::AlignedBox3d box_;
+  int axis_ = 0;
+};
+
+/// Calls visit(cell, node, barycentric coordinates) for each of the nodes in the box of one of the cells from
+/// `first` to before `last` that it is no node of; corners only. Until a visit is true, which it then is itself.
 template <class Visit>
-bool any_in_box_of_cell(const Points& x, const Cells& cells, const std::vector<std::int32_t>& nodes, Visit visit) {
-  if (nodes.empty()) return false;
-  Eigen::AlignedBox3d of_nodes;
-  for (const std::int32_t node : nodes) of_nodes.extend(Vector3(x.row(node)));
-  for (std::ptrdiff_t c = 0; c < cells.rows(); ++c) {
+bool any_in_box_of_cell(const Points& x, const Cells& cells, std::ptrdiff_t first, std::ptrdiff_t last,
+                        const Sought& nodes, Visit visit) {
+  for (std::ptrdiff_t c = first; c < last; ++c) {
     Eigen::AlignedBox3d box;
     for (int k = 0; k < 4; ++k) box.extend(Vector3(x.row(cells(c, k))));
-    if (!box.intersects(of_nodes)) continue;
-    const Vector3 origin = x.row(cells(c, 0));
-    Matrix3 edges;
-    for (int k = 0; k < 3; ++k) edges.col(k) = x.row(cells(c, k + 1)).transpose() - origin;
-    const auto begin = std::lower_bound(nodes.begin(), nodes.end(), box.min()[0],
-                                        [&](std::int32_t node, double value) { return x(node, 0) < value; });
-    for (auto node = begin; node != nodes.end() && x(*node, 0) <= box.max()[0]; ++node) {
-      const Vector3 p = x.row(*node);
-      if (!box.contains(p) || (cells.row(c).array() == *node).any()) continue;
-      const Vector3 w = edges.inverse() * (p - origin);
-      if (visit(c, *node, Eigen::Vector4d(1 - w.sum(), w[0], w[1], w[2]))) return true;
-    }
+    const bool found = nodes.any_in(box, [&](std::int32_t node) {
+      if ((cells.row(c).array() == node).any()) return false;
+      const Vector3 origin = x.row(cells(c, 0));
+      Matrix3 edges;
+      for (int k = 0; k < 3; ++k) edges.col(k) = x.row(cells(c, k + 1)).transpose() - origin;
+      const Vector3 w = edges.inverse() * (Vector3(x.row(node)) - origin);
+      return visit(c, node, Eigen::Vector4d(1 - w.sum(), w[0], w[1], w[2]));
+    });
+    if (found) return true;
   }
   return false;
 }
@@ -62,6 +85,12 @@ Cells linear_cells(const Cells& cells) {
     for (int part = 0; part < 8; ++part)
       for (int k = 0; k < 4; ++k) linear(8 * c + part, k) = cells(c, parts[part][k]);
   return linear;
+}
+
+Points centres_of(const Points& x, const Cells& cells) {
+  Points centres(cells.rows(), 3);
+  for (std::ptrdiff_t c = 0; c < cells.rows(); ++c) centres.row(c) = x(cells.row(c), Eigen::all).colwise().mean();
+  return centres;
 }
 
 }  // namespace
@@ -93,7 +122,7 @@ std::optional<std::int32_t> node_in_tissue(const Points& x, const Cells& cells, 
     return true;
   };
   std::optional<std::int32_t> found;
-  any_in_box_of_cell(x, cells, along_x({nodes.begin(), nodes.end()}, x),
+  any_in_box_of_cell(x, cells, 0, cells.rows(), Sought(x, {nodes.begin(), nodes.end()}),
                      [&](std::ptrdiff_t c, std::int32_t node, const Eigen::Vector4d& weights) {
                        if (clear(c, weights)) found = node;
                        return found.has_value();
@@ -129,12 +158,17 @@ TissueOverlap::TissueOverlap(const Cells& cells, const Detector& detector, const
         }
       front[s] = std::move(next);
     }
+  const Points centres = centres_of(reference, linear);
   const auto keep = [&](int s) {
+    groups_[s].clear();
+    gather(centres, rows[s], 0, static_cast<std::ptrdiff_t>(rows[s].size()), groups_[s]);
     behind_[s] = linear(rows[s], Eigen::all);
-    std::vector<std::int32_t>& nodes = nodes_behind_[s];
-    nodes.assign(behind_[s].data(), behind_[s].data() + behind_[s].size());
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    for (Group& group : groups_[s]) {
+      const auto own = behind_[s].middleRows(group.first, group.last - group.first);
+      group.nodes.assign(own.data(), own.data() + own.size());
+      std::sort(group.nodes.begin(), group.nodes.end());
+      group.nodes.erase(std::unique(group.nodes.begin(), group.nodes.end()), group.nodes.end());
+    }
   };
   for (int s = 0; s < 2; ++s) keep(s);
   for (int s = 0; s < 2; ++s) {
@@ -149,21 +183,48 @@ TissueOverlap::TissueOverlap(const Cells& cells, const Detector& detector, const
   for (int s = 0; s < 2; ++s) keep(s);
 }
 
+void TissueOverlap::gather(const Points& centres, std::vector<std::ptrdiff_t>& cells, std::ptrdiff_t first,
+                           std::ptrdiff_t last, std::vector<Group>& groups) {
+  constexpr std::ptrdiff_t most = 32;
+  if (first == last) return;
+  if (last - first <= most) {
+    groups.push_back({first, last, {}});
+    return;
+  }
+  Eigen::AlignedBox3d box;
+  for (std::ptrdiff_t i = first; i < last; ++i)
+    box.extend(Vector3(centres.row(cells[static_cast<std::size_t>(i)])));
+  int axis = 0;
+  box.sizes().maxCoeff(&axis);
+  const std::ptrdiff_t middle = (first + last) / 2;
+  std::nth_element(cells.begin() + first, cells.begin() + middle, cells.begin() + last,
+                   [&](std::ptrdiff_t a, std::ptrdiff_t b) { return centres(a, axis) < centres(b, axis); });
+  gather(centres, cells, first, middle, groups);
+  gather(centres, cells, middle, last, groups);
+}
+
 template <class Visit>
 void TissueOverlap::each_inside(int side, const Points& x, const Detector& detector, double least,
                                 Visit visit) const {
   const ContactSurface &own = side == 0 ? detector.first() : detector.second(),
                        &other = side == 0 ? detector.second() : detector.first();
+  const std::vector<Group>& groups = groups_[1 - side];
+  std::vector<Eigen::AlignedBox3d> boxes;
   Eigen::AlignedBox3d tissue;
-  for (const std::int32_t node : nodes_behind_[1 - side]) tissue.extend(Vector3(x.row(node)));
+  for (const Group& group : groups) tissue.extend(boxes.emplace_back(box_of(x, group.nodes)));
   std::vector<std::int32_t> nodes;
   for (const std::int32_t node : own.nodes())
     if (!other.contains(node) && tissue.contains(Vector3(x.row(node)))) nodes.push_back(node);
-  any_in_box_of_cell(x, behind_[1 - side], along_x(std::move(nodes), x),
-                     [&](std::ptrdiff_t c, std::int32_t node, const Eigen::Vector4d& weights) {
-                       if (weights.minCoeff() >= least) visit(c, node);
-                       return false;
-                     });
+  if (nodes.empty()) return;
+  const Sought sought(x, std::move(nodes));
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    if (!sought.any_in(boxes[g], [](std::int32_t) { return true; })) continue;
+    any_in_box_of_cell(x, behind_[1 - side], groups[g].first, groups[g].last, sought,
+                       [&](std::ptrdiff_t c, std::int32_t node, const Eigen::Vector4d& weights) {
+                         if (weights.minCoeff() >= least) visit(c, node);
+                         return false;
+                       });
+  }
 }
 
 double TissueOverlap::depth(const Points& x, const Detector& detector) const {

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "plica/contact/pairs.hpp"
 #include "plica/core/types.hpp"
@@ -28,13 +29,22 @@ class TissueOverlap {
   double depth(const Points& x, const Detector& detector) const;
 
  private:
+  /// Cells that lie beside each other at rest: a box around their nodes spares the look at each.
+  struct Group {
+    std::ptrdiff_t first, last;  // of behind_: from the first to before the last
+    std::vector<std::int32_t> nodes;
+  };
+
+  /// Orders the cells from `first` to before `last` by groups, halving them across their longest axis.
+  static void gather(const Points& centres, std::vector<std::ptrdiff_t>& cells, std::ptrdiff_t first,
+                     std::ptrdiff_t last, std::vector<Group>& groups);
   /// Calls visit(cell of behind_[1 - side], node) for each node of that side's surface in it, by more than `least`
   /// of its height over each face.
   template <class Visit>
   void each_inside(int side, const Points& x, const Detector& detector, double least, Visit visit) const;
 
-  std::array<Cells, 2> behind_;                            // (m, 4), the first and the second surface
-  std::array<std::vector<std::int32_t>, 2> nodes_behind_;  // of these
+  std::array<Cells, 2> behind_;               // (m, 4), the first and the second surface; group after group
+  std::array<std::vector<Group>, 2> groups_;  // of these
 };
 
 }  // namespace plica
