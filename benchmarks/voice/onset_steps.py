@@ -5,7 +5,7 @@
 Folds of the mesh `coarse` in the coordinates of the analysis (`full`: of all nodes) begin in the equilibrium
 with the flow (`initial.equilibrium`), moved by 0.2 um in the shape of the least stable oscillation of
 `plica.growth`, in steps of 20 us. The eigenvalue of the areas, by matrix pencil, stands beside that of the
-oscillation. Record: `onset_steps`.
+oscillation. Records: `onset_steps`, and with `--mesh demo` `onset_steps_demo`.
 """
 
 from __future__ import annotations
@@ -137,10 +137,11 @@ if __name__ == "__main__":
     parser = script_parser(__doc__)
     parser.add_argument("--mesh", default="coarse")
     parser.add_argument("--modes", type=int, default=60, help="of the analysis, and of reduced time steps")
+    options = parser.parse_args()
     record(
-        "onset_steps",
+        "onset_steps" if options.mesh == "coarse" else f"onset_steps_{options.mesh}",
         ["scene", "Pa", "growth (1/s)", "Hz", "in steps (1/s)", "in steps (Hz)", "off (%)", "off in f (%)"],
-        rows(parser.parse_args()),
+        rows(options),
         f"Linear, and in time steps from {1e3 * FROM:g} to {1e3 * TO:g} ms, or until an area has moved by "
         f"{100 * LINEAR:g} %.",
     )
