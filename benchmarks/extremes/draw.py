@@ -7,7 +7,7 @@ Each is `examples/normal_phonation.toml` on the mesh `coarse` for 160 ms, with f
 moduli of body and ligament 0.1 to 1.5, of the cover 0.4 to 6, one a layer, and all viscosities 0.2 to 1.5,
 log-uniform, under 500 to 1300 Pa. A scene runs in a process of its own, on one thread, at low priority, for
 at most --limit. Of one that ends: `voiced`, with cycles from 80 ms on that do not decay, or `silent`. Record:
-`draw_1` of seed 1; none of some scenes alone, or with other options.
+`draw_1` of seed 1 and so on; none of some scenes alone, or with other options.
 """
 
 from __future__ import annotations
