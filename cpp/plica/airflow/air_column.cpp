@@ -96,6 +96,10 @@ std::vector<double> AirColumn::Memory::numbers() const {
 
 AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
   constexpr std::size_t head = 13;
+  constexpr double most = 1 + momenta_follow + secants_follow;
+  if (!numbers.empty() && !(numbers[0] >= 0 && numbers[0] <= most && numbers[0] == std::floor(numbers[0])))
+    throw InvalidInput("AirColumn", "first number of its memory", numbers[0], "",
+                       "a whole number in [0, " + number_text(most) + "]");
   if (!numbers.empty() && numbers[0] >= secants_follow) return with_secants(numbers);
   if (!numbers.empty() && numbers[0] >= momenta_follow) return with_momenta(numbers);
   const auto count = static_cast<double>(numbers.size());

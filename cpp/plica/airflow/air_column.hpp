@@ -44,7 +44,7 @@ class AirColumn {
     // the flow had always been so; empty without inertance.
     Vector momentum, momentum_before;
     double interval = 0.0;
-    std::vector<Secant> secants;  // of the last two steps whose coupling iterated between tubes; newest last
+    std::vector<Secant> secants;  // of the last two couplings that iterated between tubes; newest last
     std::vector<double> numbers() const;
     /// Throws InvalidInput for numbers that are not such.
     static Memory of(const std::vector<double>& numbers);

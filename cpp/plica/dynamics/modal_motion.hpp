@@ -32,13 +32,13 @@ class ModalMotion {
   /// The coordinates of the field (unknowns) that is nearest, in the norm of the mass.
   Vector nearest(const Vector& field) const { return momenta_.transpose() * field; }
   auto elastic(const Vector& q) const { return stiffness_.cwiseProduct(q); }  // K q, an expression of q
-  /// Empty where no material is viscous.
+  /// Empty where nothing is damped.
   Vector viscous(const Vector& v) const { return has_viscosity() ? Vector(viscosity_ * v) : Vector(); }
   /// A^-1 f, A = 1 + (1+alpha) gamma h C + (1+alpha) beta h^2 K.
   Vector solve(const Vector& force) const { return inverse_panels_ * force; }
   void solve(const Vector& force, Vector& a) const { inverse_panels_.multiply(force, a); }
   const Eigen::MatrixXd& inverse() const { return inverse_; }
-  /// C a of a = A^-1 f, without a product; where a material is viscous.
+  /// C a of a = A^-1 f, without a product; where something is damped.
   void viscous_of(const Vector& a, const Vector& force, Vector& found) const;
 
   /// As Motion::begin; displacement, velocity and load are of the coordinates.

@@ -86,6 +86,8 @@ TEST_CASE("the memory of the air is what its numbers say, and starts with none")
   CHECK_THROWS_AS(AirColumn::Memory::of(numbers), InvalidInput);
   CHECK_THROWS_AS(AirColumn::Memory::of({4.0, 3.0, 1.0, 0.0}), InvalidInput);  // of a secant of three pressures
   CHECK_THROWS_AS(AirColumn::Memory::of({4.0}), InvalidInput);
+  for (const double first : {0.5, -1.0, 8.0, double{NAN}})
+    CHECK_THROWS_AS(AirColumn::Memory::of({first}), InvalidInput);
   const Airflow airflow = rising(1e-3);
   AirColumn column(airflow, 1e-4);
   const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
