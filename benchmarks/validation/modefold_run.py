@@ -4,8 +4,9 @@
 
 As in modefold_voice.py, at the pressure and between the tubes of its param.txt; 0.15 s, of which the last
 0.05 s count. Plica has contact by multipliers, a pressure that rises in 10 ms, steps of 50 us (of 10) and,
-for want of a damping ratio in time steps, a viscosity that gives modes at 130 Hz, the voice's frequency, the
-ratio of param.txt: with that alone it is fitted. Both run in turn on one thread. Record: `modefold_run`.
+for want of a damping ratio in full time steps, a viscosity that gives modes at 130 Hz, the voice's
+frequency, the ratio of param.txt: with that alone it is fitted. Both run in turn on one thread. Record:
+`modefold_run`.
 """
 
 from __future__ import annotations

@@ -36,6 +36,7 @@ from benchmarks.harness.study import record, script_parser
 from benchmarks.validation import m5
 from benchmarks.validation.modefold_files import Fold, Voice, read_fold, read_parameters, voice, write_fold
 from benchmarks.validation.modefold_modes import density
+from plica.stability.small_motion import Damping, SmallMotion
 
 STIFFNESS, NU = 6.33, 0.45  # m^2/s^2, -
 PRESSURES = (300, 600, 700, 800, 1000, 1400, 1800)  # Pa
@@ -108,16 +109,16 @@ def mass_of_nodes(fold: Fold) -> Floats:
 def curve(made: plica.Scene, zeta: float) -> tuple[list[str], str]:
     """The least stable oscillation at each pressure and the onset, as they are read."""
     found = plica.onset(made, start=100.0, stop=float(PRESSURES[-1]), modes=MODES, zeta=zeta)
+    motion = SmallMotion(made, MODES, Damping(zeta))
     cells = []
     for pressure in PRESSURES:
-        if pressure > found.pressure[-1] + 1:
+        try:
+            there = motion.spectrum(float(pressure))
+        except plica.SolveFailed:
             cells.append("-")
             continue
-        k = int(np.abs(found.pressure - pressure).argmin())
-        pair = found.least_stable[k]
-        cells.append(
-            f"{pair.imag / (2 * np.pi):.1f} Hz, {pair.real:+.0f} 1/s, {1e6 * found.area[k]:.1f} mm^2"
-        )
+        area = 1e6 * there.equilibrium.area.min()
+        cells.append(f"{there.frequency:.1f} Hz, {there.growth:+.0f} 1/s, {area:.1f} mm^2")
     first = found.first
     onset = (
         f"none to {found.pressure[-1]:.0f} Pa"
