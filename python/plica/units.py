@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
-from numbers import Real
+from numbers import Integral, Real
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic_core import PydanticCustomError, core_schema
@@ -42,6 +42,7 @@ __all__ = [
     "quantity",
     "read_quantity",
     "two_digits",
+    "whole_number",
 ]
 
 
@@ -183,6 +184,12 @@ def number(where: str, name: str, value: Any, least: float, most: float, unit: s
         shown = f"{value:g} {unit}".rstrip() if kind else _typed(value)
         hint = " Is the unit right?" if kind and unit else ""
         raise InvalidInput(f"{where}: {name} = {shown}; must be a number in [{least:g}, {most:g}].{hint}")
+
+
+def whole_number(where: str, name: str, value: Any, least: int, most: int) -> None:
+    """Raises InvalidInput unless `value` is a whole number in [least, most]."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
+        raise InvalidInput(f"{where}: {name} = {_typed(value)}; must be a whole number in [{least}, {most}].")
 
 
 def _typed(value: object) -> str:

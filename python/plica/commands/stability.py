@@ -198,7 +198,7 @@ def _require_offset(options: argparse.Namespace) -> None:
     for name, value in (("--zeta", options.zeta), ("--loss-factor", options.loss_factor)):
         if value is not None:
             raise InvalidInput(
-                f"{name} = {value:g} with --offset; must be left out: time steps have the tissue's viscosity."
+                f"{name} = {value:g} with --offset; must be left out: time steps are damped as the scene is."
             )
 
 

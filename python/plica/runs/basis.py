@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -75,8 +76,8 @@ def reduction_basis(
         If more vectors are requested than there are, or a rigid motion is possible.
     """
     for name, number in (("modes", modes), ("contact_vectors", contact_vectors)):
-        if number is not None and number < 0:
-            raise InvalidInput(f"reduce: {name} = {number}; must be >= 0.")
+        if number is not None and (not isinstance(number, Integral) or number < 0):
+            raise InvalidInput(f"reduce: {name} = {number}; must be a whole number >= 0.")
     free, points = ~fixed.ravel(), np.asarray(mesh.points)
     planes = symmetry_planes(symmetry)
     symmetric = _Symmetric(points, planes, free)

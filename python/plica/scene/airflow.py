@@ -193,7 +193,9 @@ class Airflow(Part):
     @model_validator(mode="before")
     @classmethod
     def _greatest_of_its_course(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or data.get("course") is None or data.get("subglottal_pressure"):
+        if not isinstance(data, dict) or data.get("course") is None:
+            return data
+        if data.get("subglottal_pressure") is not None:  # 0 Pa is told, too
             return data
         try:
             greatest = Course.model_validate(data["course"]).greatest

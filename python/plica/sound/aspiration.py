@@ -67,7 +67,7 @@ def aspiration_flow(
             "Sound: aspiration with a tract; must be without. A tract filters the noise of the jet, and the "
             "noise was not in the run."
         )
-    if not length:
+    if not (length and np.isfinite(length) and length > 0):
         raise InvalidInput("Sound: aspiration; the run must have a glottis of known length.")
     rate = 1.0 / time_step(time)
     if rate <= 2.0 * _BAND[1]:

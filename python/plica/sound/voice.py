@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from numbers import Integral
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -146,8 +147,8 @@ def sound(
         raise InvalidInput(
             f"Sound: rate = {hertz:g} Hz; must be a whole number from {_RATES[0]} to {_RATES[1]} Hz."
         )
-    if seed < 0:
-        raise InvalidInput(f"Sound: seed = {seed}; must be >= 0.")
+    if not isinstance(seed, Integral) or seed < 0:
+        raise InvalidInput(f"Sound: seed = {seed}; must be a whole number >= 0.")
     time, waveforms = np.asarray(run.time, dtype=float), run.waveforms
     given: dict[str, Any] = {"distance": meters, "rate": hertz}
     found = far_field(time, waveforms, run.scene_text, **given)

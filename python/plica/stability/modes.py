@@ -16,7 +16,7 @@ from plica.runs.nodal_matrices import NodalMatrices, ritz
 from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.scene.symmetry import nearest_image
-from plica.units import number
+from plica.units import whole_number
 
 __all__ = ["Eigenmodes", "basis_of", "eigenmodes"]
 
@@ -68,7 +68,7 @@ def eigenmodes(scene: Scene, count: int = 20, mesh: _engine.TetMesh | None = Non
     """
     from plica.runs.basis import reduction_basis
 
-    number("eigenmodes", "count", count, 1, _MOST, "")
+    whole_number("eigenmodes", "count", count, 1, _MOST)
     mesh = scene_mesh(scene) if mesh is None else mesh
     fixed = fixed_components(scene, mesh)
     airless = whole_tissue(scene).replace(dict.fromkeys(("airflow", "trachea", "tract")))

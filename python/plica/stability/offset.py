@@ -62,7 +62,7 @@ class Offset:
 
 def offset(
     scene: Scene,
-    frequency: float,
+    frequency: float | str,
     start: float | str,
     *,
     duration: float | str = 4.0,
@@ -82,7 +82,7 @@ def offset(
     scene : Scene
         With an airflow; full, symmetric or reduced. It begins as it says, or, without initial values, with an
         opening velocity of 0.1 m/s; a pressure's rise or course plays no part.
-    frequency : float
+    frequency : float or str
         [Hz] Roughly that of the oscillation, such as at onset.
     start : float or str
         [Pa] Above onset.
@@ -102,14 +102,15 @@ def offset(
     """
     pressure = quantity("offset", "start", start, "Pa", 1e-2, 1e6)
     longest = quantity("offset", "duration", duration, "s", 1e-3, 1e3)
-    if not 0 < frequency < 0.1 / scene.time.step:
+    hertz = quantity("offset", "frequency", frequency, "Hz", 1e-3, 1e9)
+    if not hertz < 0.1 / scene.time.step:
         raise InvalidInput(
-            f"offset: frequency = {frequency:g} Hz; must be > 0, with ten steps of time.step = "
+            f"offset: frequency = {hertz:g} Hz; must have ten steps of time.step = "
             f"{scene.time.step:g} s a period or more."
         )
     _require(scene)
     mesh = scene_mesh(scene) if mesh is None else mesh
-    return _Lowered(scene, mesh, frequency, pressure, longest, shown).result()
+    return _Lowered(scene, mesh, hertz, pressure, longest, shown).result()
 
 
 def _require(scene: Scene) -> None:

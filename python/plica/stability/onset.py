@@ -62,11 +62,11 @@ class Onset:
     crossings: tuple[Crossing, ...]
     """By rising pressure; without any there is no onset in the range."""
     participation: tuple[Participation, ...]
-    """At the first crossing."""
+    """At the onset, `first`."""
     equilibrium: FlowEquilibrium | None
-    """At the first crossing."""
+    """At the onset."""
     pressure_error: float | None
-    """[Pa] By how much the first crossing moves with half the modes: its error by truncation, if not less."""
+    """[Pa] By how much the onset moves with half the modes: its error by truncation, if not less."""
     frequency_error: float | None
     """[Hz]"""
     pressure: Floats

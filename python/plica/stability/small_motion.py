@@ -18,7 +18,7 @@ from plica.runs.scene_mesh import scene_mesh
 from plica.scene.scene import Scene
 from plica.scene.symmetry import symmetry_planes
 from plica.stability.modes import basis_of
-from plica.units import number
+from plica.units import number, whole_number
 
 __all__ = ["Damping", "SmallMotion", "Spectrum"]
 
@@ -110,7 +110,7 @@ class SmallMotion:
         from plica.runs.basis import reduction_basis
 
         if modes is not None:
-            number("onset", "modes", modes, 1, _MOST_MODES, "")
+            whole_number("onset", "modes", modes, 1, _MOST_MODES)
         mesh = scene_mesh(scene) if mesh is None else mesh
         fixed = fixed_components(scene, mesh)
         simulation = build_simulation(whole_tissue(scene), mesh)
@@ -167,7 +167,7 @@ class SmallMotion:
         other.viscosity = turned.T @ self.viscosity @ turned
         other.loads, other.widths = self.loads @ turned, self.widths @ turned
         other.shapes = self.shapes @ turned
-        other.modes = modes
+        other.modes, other._basis = modes, turned.T @ kept
         return other
 
     @property

@@ -105,7 +105,7 @@ def test_an_existing_file_is_kept_unless_asked(
         (["-o", "v.wav", "--full-scale", "-2"], "--full-scale = -2 Pa; must be > 0 and finite."),
         (["-o", "v.wav", "--full-scale", "nan"], "--full-scale = nan; must be finite."),
         (["-o", "v.wav", "--full-scale", "1e-6"], "--full-scale = 1e-06 Pa; must be "),
-        (["-o", "v.wav", "--aspiration", "--seed", "-3"], "--seed = -3; must be >= 0."),
+        (["-o", "v.wav", "--aspiration", "--seed", "-3"], "--seed = -3; must be a whole number >= 0."),
         (["-o", "v.wav", "--seed", "3"], "--seed = 3; must come with --aspiration."),
         (["-o", "v.wav", "--rate", "48 kPa"], "--rate = 48 kPa; must be a number in Hz"),
         (["-o", "v.wav", "--rate", "x"], "--rate = x; must be a number in Hz"),

@@ -74,12 +74,14 @@ def test_what_is_no_course_is_told(phonating: plica.Scene, changes: dict[str, An
     assert "\n" not in str(error.value)
 
 
-def test_another_subglottal_pressure_is_refused(phonating: plica.Scene) -> None:
+@pytest.mark.parametrize(
+    ("pressure", "text"),
+    [(700.0, "= 700.0 Pa; must be the greatest of airflow.course, 800 Pa"), (0, "= 0; must be > 0")],
+)
+def test_another_subglottal_pressure_is_refused(phonating: plica.Scene, pressure: float, text: str) -> None:
     with pytest.raises(plica.SceneError) as error:
-        phonating.replace({"airflow.course": POINTS, "airflow.subglottal_pressure": 700.0})
-    assert "airflow.subglottal_pressure = 700.0 Pa; must be the greatest of airflow.course, 800 Pa" in str(
-        error.value
-    )
+        phonating.replace({"airflow.course": POINTS, "airflow.subglottal_pressure": pressure})
+    assert f"airflow.subglottal_pressure {text}" in str(error.value)
 
 
 @pytest.mark.parametrize("kind", ["full", "quarter", "reduced", "lagged", "explicit"])

@@ -74,6 +74,8 @@ def test_of_a_flow_model_without_viscosity_the_airs_is_taken() -> None:
         (["flow", "lip_flow"], 20e-6, _L, "aspiration with a tract; must be without"),
         (["flow"], 20e-6, None, "must have a glottis of known length"),
         (["flow"], 20e-6, 0.0, "must have a glottis of known length"),
+        (["flow"], 20e-6, -_L, "must have a glottis of known length"),
+        (["flow"], 20e-6, np.nan, "must have a glottis of known length"),
         (["flow"], 200e-6, _L, "time.step = 200 us; must be < 166.7 us"),
         (["probes"], 20e-6, _L, "has no airflow"),
     ],

@@ -92,7 +92,8 @@ def test_a_run_that_was_stopped_has_the_sound_of_its_part() -> None:
         ({"rate": 1e6}, r"rate = 1e\+06 Hz; must be"),
         ({"rate": 44100.5}, "rate = 44100.5 Hz; must be a whole number"),
         ({"rate": -48000}, "rate = -48000 Hz; must be"),
-        ({"seed": -1, "aspiration": True, "length": _L}, "seed = -1; must be >= 0"),
+        ({"seed": -1, "aspiration": True, "length": _L}, "seed = -1; must be a whole number >= 0"),
+        ({"seed": 1.5}, "seed = 1.5; must be a whole number"),
         ({"aspiration": True}, "must have a glottis of known length"),
     ],
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -116,9 +117,15 @@ def test_the_command_writes_a_table_and_shapes_for_paraview(
 
 @pytest.mark.parametrize(
     ("count", "text"),
-    [(0, "must be a number in [1"), (-3, "count = -3"), (10**6, "count"), (200, "unknowns")],
+    [
+        (0, "must be a whole number in [1"),
+        (2.5, "count = 2.5"),
+        (-3, "count = -3"),
+        (10**6, "count"),
+        (200, "unknowns"),
+    ],
 )
-def test_counts_that_cannot_be_are_refused(bar: plica.Scene, count: int, text: str) -> None:
+def test_counts_that_cannot_be_are_refused(bar: plica.Scene, count: Any, text: str) -> None:
     with pytest.raises(plica.InvalidInput, match="eigenmodes: count") as error:
         plica.eigenmodes(bar, count)
     assert text in str(error.value)
