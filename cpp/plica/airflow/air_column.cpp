@@ -261,6 +261,9 @@ void AirColumn::require(const Memory& memory) const {
     if (!momentum->allFinite())
       throw InvalidInput("Simulation: the momentum of the state's air has a value that is not finite.");
   }
+  if (memory.secants.size() > secants_kept)
+    throw InvalidInput("Simulation", "secants of the state's air", static_cast<double>(memory.secants.size()), "",
+                       "at most " + std::to_string(secants_kept));
   for (const auto& [image, residual] : memory.secants)
     for (const Vector* values : {&image, &residual}) {
       const std::ptrdiff_t size = has_tubes() ? airflow_->sections().count() + 2 : 0;

@@ -149,11 +149,6 @@ Vector Airflow::nodal_pressure(const AirwayPressure& pressure) const {
   return nodal;
 }
 
-AirwayExpansion Airflow::expansion(const Vector& velocity) const {
-  require_size("Airflow", "velocity", velocity.size(), 3 * nodes_.size());
-  return {patterns_.below.dot(velocity), patterns_.sections.transpose() * velocity, patterns_.above.dot(velocity)};
-}
-
 void Airflow::add_load(const Points& x, const AirwayPressure& pressure, Vector& force) const {
   require_size("Airflow", "pressure", pressure.sections.size(), sections_.count());
   require_at_least("Airflow", "x", x.rows(), nodes_[nodes_.size() - 1] + std::ptrdiff_t{1});

@@ -60,8 +60,6 @@ class Airflow {
   /// curved six-node faces are integrated as they are. On the reference shape it is that of load_patterns; on the
   /// current one faces interpolate nodal_pressure.
   void add_load(const Points& x, const AirwayPressure& pressure, Vector& force) const;
-  /// How fast the interface gives way at velocities (3 nodes) m/s of nodes(), on the reference shape.
-  AirwayExpansion expansion(const Vector& velocity) const;
   /// The load on the reference shape as a linear map of the section pressures.
   const LoadPatterns& load_patterns() const { return patterns_; }
   /// (surface nodes) Pa, interpolated between sections along the reference height.

@@ -30,6 +30,11 @@ std::ptrdiff_t interval_of(const Vector& height, double z) {
 
 }  // namespace
 
+AirwayExpansion LoadPatterns::expansion(const Vector& velocity) const {
+  require_size("LoadPatterns", "velocity", velocity.size(), sections.rows());
+  return {below.dot(velocity), sections.transpose() * velocity, above.dot(velocity)};
+}
+
 LoadPatterns load_patterns(const Points& x, const Faces& faces, const Vector& height, double same) {
   require_size("load_patterns", "a face", faces.cols(), 3, 6);
   require_indices("load_patterns", "node of a face", faces, x.rows());

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/SparseCore>
 
+#include "plica/airflow/flow_model.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 namespace plica {
@@ -10,6 +11,8 @@ namespace plica {
 struct LoadPatterns {
   Eigen::SparseMatrix<double, Eigen::RowMajor> sections;  // (3 nodes, s) m^2, of 1 Pa at one section
   Vector below, above;  // (3 nodes) m^2, of 1 Pa below the first section, above the last
+  /// How fast the airway gives way at the nodes' velocity (3 nodes) m/s: the load's power is that times pressures.
+  AirwayExpansion expansion(const Vector& velocity) const;
 };
 
 /// Column i is -int N_l phi_i(z) n dA with phi_i linear in z between sections, 1 at section i: over the curved

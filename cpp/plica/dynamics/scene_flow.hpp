@@ -36,7 +36,7 @@ class SceneFlow {
   AirwayExpansion expansion(const Velocity& velocity) const {
     Vector own(3 * own_nodes_.size());
     for (std::ptrdiff_t n = 0; n < own_nodes_.size(); ++n) own.segment<3>(3 * n) = velocity(own_nodes_[n]);
-    return {own_.below.dot(own), own_.sections.transpose() * own, own_.above.dot(own)};
+    return own_.expansion(own);
   }
   /// Adds the force of the pressure on the tissue at x to `load`, N, of the motion's unknowns.
   void add_load(const Points& x, const AirwayPressure& pressure, Vector& load) const {
@@ -57,33 +57,7 @@ class SceneFlow {
   }
   Points placed(const Points& x) const { return x.rowwise() + origin_.transpose(); }
   /// The load patterns of all images of a node, summed as it sees them.
-  void fold_patterns() {
-    const LoadPatterns& patterns = airflow_.load_patterns();
-    const Indices& nodes = airflow_.nodes();
-    if (!images_) {
-      own_nodes_ = nodes;
-      own_ = patterns;
-      return;
-    }
-    const Indices part = images_->nodes_of(nodes);
-    own_nodes_ = images_->nodes()(part);
-    std::vector<std::int32_t> place(static_cast<std::size_t>(images_->nodes().size()), -1);
-    for (std::int32_t i = 0; i < part.size(); ++i) place[static_cast<std::size_t>(part[i])] = i;
-    own_ = {
-        {3 * part.size(), patterns.sections.cols()}, Vector::Zero(3 * part.size()), Vector::Zero(3 * part.size())};
-    std::vector<Eigen::Triplet<double>> entries;
-    for (std::ptrdiff_t row = 0; row < patterns.sections.rows(); ++row) {
-      const std::int32_t node = nodes[row / 3];
-      const auto own = static_cast<int>(3 * place[static_cast<std::size_t>(images_->node_of(node))] + row % 3);
-      const double sign = images_->sign(node)[row % 3];
-      own_.below[own] += sign * patterns.below[row];
-      own_.above[own] += sign * patterns.above[row];
-      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(patterns.sections, row); entry;
-           ++entry)
-        entries.emplace_back(own, static_cast<int>(entry.col()), sign * entry.value());
-    }
-    own_.sections.setFromTriplets(entries.begin(), entries.end());
-  }
+  void fold_patterns();
 
   Airflow airflow_;
   Vector3 origin_;              // m

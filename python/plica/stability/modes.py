@@ -109,7 +109,9 @@ def _described(
     elastic, inertial = matrices.stiffness @ shapes, matrices.mass @ shapes
     left = np.linalg.norm((elastic - squares * inertial)[free], axis=0)
     damping = np.zeros(len(squares))
-    if matrices.viscosity is not None:
+    if scene.reduction is not None and scene.reduction.damping_ratio is not None:
+        damping[:] = scene.reduction.damping_ratio
+    elif matrices.viscosity is not None:
         damping = np.einsum("ij,ij->j", shapes, matrices.viscosity @ shapes) / (2 * np.sqrt(squares))
     fields = shapes.T.reshape(len(squares), -1, 3)
     largest = np.linalg.norm(fields, axis=2).max(axis=1)

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
 from plica.runs.flow_equilibrium import FlowEquilibrium
 from plica.scene.scene import Scene
-from plica.stability.small_motion import Damping, SmallMotion, Spectrum
+from plica.stability.small_motion import SmallMotion, Spectrum, damping_of
 from plica.units import quantity
 
 __all__ = ["Crossing", "Onset", "Participation", "growth", "onset"]
@@ -23,7 +24,7 @@ Complex = NDArray[np.complex128]
 
 _PRESSURES = 40  # of the range, before what is looked at more closely
 _SHOWN = 6  # pairs that are followed into the results
-_TOLERANCE = 1e-7  # of the pressure of onset
+_TOLERANCE = 1e-9  # of the pressure of onset
 _KINKED = 1e-2  # of the flow: above, it has no tangent
 _LOWEST, _HIGHEST = 1e-2, 1e6  # Pa
 
@@ -111,7 +112,7 @@ def growth(
     where the equilibrium is left without oscillation (a real eigenvalue is positive): no tissue stays in it.
     """
     wanted = quantity("onset", "at", pressure, "Pa", _LOWEST, _HIGHEST)
-    motion = SmallMotion(scene, modes, Damping(zeta, loss_factor), mesh)
+    motion = SmallMotion(scene, modes, damping_of(zeta, loss_factor), mesh)
     found = motion.spectrum(wanted)
     if found.fastest > 0:
         raise SolveFailed(
@@ -171,7 +172,7 @@ def onset(
         raise InvalidInput(
             f"onset: start = {first:g} Pa; must be < stop = {last:g} Pa. Pressures rise from it."
         )
-    motion = SmallMotion(scene, modes, Damping(zeta, loss_factor), mesh)
+    motion = SmallMotion(scene, modes, damping_of(zeta, loss_factor), mesh)
     return _Search(motion, told).over(first, last)
 
 
@@ -237,9 +238,9 @@ class _Search:
         return [(float(pressures[k]), float(pressures[k + 1])) for k in places]
 
     def _crossing(self, low: float, high: float) -> Crossing:
-        """By false position (Illinois), the least stable pair being asked for anew at each pressure."""
+        """The least stable pair being asked for anew at each pressure."""
         grows = self.spectra[high].growth > 0
-        pressure = _root(lambda p: self._at(p).growth, low, high, self.spectra)
+        pressure = _root(lambda p: self._at(p).growth, low, high)
         spectrum = self.spectra[pressure]
         near = 1e-3 * pressure
         try:
@@ -299,7 +300,7 @@ class _Search:
                 return None, None
             low, high = min(low, other), max(high, other)
             if changes:
-                found = _root(growth_at, low, high, known)
+                found = _root(growth_at, low, high)
                 return abs(found - first.pressure), abs(known[found].frequency - first.frequency)
         return None, None
 
@@ -331,22 +332,14 @@ class _Search:
         return tuple(found)
 
 
-def _root(value: Callable[[float], float], low: float, high: float, known: dict[float, Spectrum]) -> float:
-    """Where a value that is known at both ends changes its sign; every place tried is in `known`."""
-    f_low, f_high = known[low].growth, known[high].growth
-    for _ in range(60):
-        middle = high - f_high * (high - low) / (f_high - f_low)
-        if not low < middle < high or not np.isfinite(middle):
-            middle = 0.5 * (low + high)
-        found = value(middle)
-        if (found > 0) == (known[high].growth > 0):
-            high, f_high, f_low = middle, found, 0.5 * f_low
-        else:
-            low, f_low, f_high = middle, found, 0.5 * f_high
-        f_low = known[low].growth if f_low == 0 else f_low
-        if high - low <= _TOLERANCE * high or found == 0 or abs(found) < 1e-9 * abs(known[middle].pairs[0]):
-            return middle
-    return middle
+def _root(value: Callable[[float], float], low: float, high: float) -> float:
+    """Where a value changes its sign between these (Brent's method): the last place it was asked at."""
+    try:
+        return float(brentq(value, low, high, xtol=_TOLERANCE * low, rtol=_TOLERANCE))
+    except RuntimeError as error:
+        raise SolveFailed(
+            f"onset: growth changes its sign between {low:.6g} and {high:.6g} Pa; not found where: {error}"
+        ) from None
 
 
 def participating(motion: SmallMotion, spectrum: Spectrum, pair: int = 0) -> tuple[Participation, ...]:

@@ -57,7 +57,12 @@ class Damping:
         return "viscosity of the tissue"
 
 
-def _damping_of(scene: Scene) -> Damping:
+def damping_of(zeta: float | None, loss_factor: float | None) -> Damping | None:
+    """None: the scene's own."""
+    return None if zeta is None and loss_factor is None else Damping(zeta, loss_factor)
+
+
+def _scene_damping(scene: Scene) -> Damping:
     """That of its time steps."""
     return Damping(None if scene.reduction is None else scene.reduction.damping_ratio)
 
@@ -96,6 +101,7 @@ class SmallMotion:
     modes : int, optional
         Number of modes. Default: 50, or as many as the mesh has.
     damping : Damping, optional
+        Default: as the scene is damped in time steps.
     mesh : TetMesh, optional
         The scene's mesh, if it is already built.
     """
@@ -135,7 +141,7 @@ class SmallMotion:
         self.scene, self.mesh, self.shapes = scene, mesh, shapes
         self.modes = modes
         """Number of coordinates that are modes; the others complete the responses to pressures."""
-        self.damping = _damping_of(scene) if damping in (None, Damping()) else damping
+        self.damping = _scene_damping(scene) if damping is None else damping
         self.squares = squares
         """(r) 1/s^2, ascending."""
         self.viscosity: Floats = np.zeros((len(squares), len(squares)))

@@ -33,7 +33,7 @@ TEST_CASE("an airflow refuses vectors of other meshes and sections, whatever its
       sizes("Airflow::nodal_pressure pressure", pressure, [&] { air.nodal_pressure({800, pressure}); });
       sizes("Airflow::evaluate areas", areas, [&] { air.evaluate(areas); });
       Vector velocity = Vector::Zero(3 * air.nodes().size());
-      sizes("Airflow::expansion velocity", velocity, [&] { air.expansion(velocity); });
+      sizes("LoadPatterns::expansion velocity", velocity, [&] { air.load_patterns().expansion(velocity); });
       AirwayExpansion moving{0.0, Vector::Zero(areas.size()), 0.0};
       sizes("Airflow::evaluate moving", moving.sections,
             [&] { air.evaluate(areas, air.air(0.0), false, std::nullopt, &moving); });

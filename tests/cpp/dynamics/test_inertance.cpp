@@ -75,7 +75,7 @@ TEST_CASE("what leaves the trachea and does not enter the tract is what jet, fri
       const FlowState& flow = simulation.record().flow->state;
       const Vector velocity =
           as_points(simulation.velocity())(airflow.nodes(), Eigen::all).reshaped<Eigen::RowMajor>();
-      const AirwayExpansion moving = airflow.expansion(velocity);
+      const AirwayExpansion moving = airflow.load_patterns().expansion(velocity);
       const double in = flow.subglottal_pressure * flow.flow_below - flow.supraglottal_pressure * flow.flow_above;
       const double tissue = in - flow.jet_power - flow.viscous_power - flow.inertial_power;
       most = std::max(most, std::abs(flow.inertial_power / tissue));

@@ -170,6 +170,28 @@ TEST_CASE("what contact finds does not depend on where it was looked for") {
   }
 }
 
+TEST_CASE(
+    "a damping ratio damps tissue without viscosity, and a run that is continued goes on with it, bit for bit") {
+  Scene scene = reduced(larynx_folds(), lowest_modes(60));
+  for (Material& material : scene.tissue.materials) material.viscosity = 0;
+  Simulation undamped(scene, options(Newmark{}, 50e-6));
+  scene.reduction->damping_ratio = 0.05;
+  Simulation whole(scene, options(Newmark{}, 50e-6)), second(scene, options(Newmark{}, 50e-6));
+  for (int i = 0; i < 20; ++i) {
+    undamped.advance();
+    whole.advance();
+  }
+  CHECK(whole.state().ledger.viscous_loss > 0);
+  CHECK(undamped.state().ledger.viscous_loss == 0);
+  second.restore(whole.state());
+  for (int i = 0; i < 20; ++i) {
+    whole.advance();
+    second.advance();
+  }
+  CHECK(second.displacement() == whole.displacement());
+  CHECK_THROWS_AS(second.restore(undamped.state()), InvalidInput);
+}
+
 TEST_CASE("surfaces that passed through each other where no contact was looked for end the run") {
   const Scene scene = larynx_folds();
   Simulation simulation(reduced(scene, lowest_modes(60)), options(HilberHughesTaylor{}, 50e-6));

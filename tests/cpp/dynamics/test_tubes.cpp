@@ -90,7 +90,7 @@ TEST_CASE("what leaves the trachea and does not enter the tract is what jet, fri
       const FlowState& flow = simulation.record().flow->state;
       const Vector velocity =
           as_points(simulation.velocity())(airflow.nodes(), Eigen::all).reshaped<Eigen::RowMajor>();
-      const AirwayExpansion moving = airflow.expansion(velocity);
+      const AirwayExpansion moving = airflow.load_patterns().expansion(velocity);
       const double in = flow.subglottal_pressure * flow.flow_below - flow.supraglottal_pressure * flow.flow_above;
       const double tissue = in - flow.jet_power - flow.viscous_power;
       CHECK(tissue == approx(power_on_walls(flow, moving)).epsilon(1e-3));
@@ -136,6 +136,21 @@ TEST_CASE("a run that is continued goes on with the sound in its tubes, bit for 
       kept.air.flow_below = INFINITY;
       CHECK_THROWS_AS(second.restore(kept), InvalidInput);
     }
+}
+
+TEST_CASE("symmetric folds between tubes are a half of the whole") {
+  Scene scene = voice(scenes::symmetric_folds());
+  scene.airflow->coupling = Iterated{1e-9};
+  Simulation whole(scene, options(HilberHughesTaylor{}, 1e-4, 1e-12));
+  scene.symmetry = Symmetry::half;
+  Simulation half(scene, options(HilberHughesTaylor{}, 1e-4, 1e-12));
+  for (int i = 0; i < 15; ++i) {
+    whole.advance();
+    half.advance();
+  }
+  CHECK(relative(half.displacement(), whole.displacement()) < 1e-6);
+  CHECK(half.state().air.flow_below == approx(whole.state().air.flow_below).epsilon(1e-6));
+  CHECK(half.state().air.flow_above == approx(whole.state().air.flow_above).epsilon(1e-6));
 }
 
 TEST_CASE("couplings between tubes learn from the steps before: fewer sweeps to the same motion") {
