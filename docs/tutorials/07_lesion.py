@@ -6,9 +6,9 @@ A soft bump on the left fold: what it does to the sound, to the phase of the fol
 """
 
 # %%
-# A lesion is a patch of a fold with tissue of its own, which may protrude (:doc:`/lesions`). Both larynges here
-# have the same gap between the folds, so that the polyp alone differs. The mesh needs more lines around the
-# airway than usual: a polyp that falls between nodes is told by a caution.
+# A lesion is a patch of a fold with tissue of its own, which may protrude (:doc:`/lesions`). Both larynges
+# here have the same gap between the folds, so that the polyp alone differs. The mesh needs more lines around
+# the airway than usual: a polyp that falls between nodes is told by a caution.
 
 import tempfile
 import warnings
@@ -66,8 +66,8 @@ for name in names:
     print(f"{name:22}{told}  {found[0].unit}")
 
 # %%
-# Sound, edges of the folds in the middle of the glottis, and the force with which they collide. The polyp bulges
-# into the gap, so the folds meet to the right of the midplane, and the left one lags.
+# Sound, edges of the folds in the middle of the glottis, and the force with which they collide. The polyp
+# bulges into the gap, so the folds meet to the right of the midplane, and the left one lags.
 
 figure, panels = plt.subplots(3, 2, sharex="col", sharey="row", figsize=(8, 6))
 for column, (name, run) in zip(panels.T, runs.items(), strict=True):

@@ -7,9 +7,9 @@ Which of five numbers of a scene decide pitch, flow and collision: Sobol's indic
 
 # %%
 # A reduced voice (:doc:`/reduction`) of the example's folds, and the ranges of five of its numbers. They are
-# taken as evenly likely: an index is of these ranges, and of the model. The basis is smaller than usual, which
-# makes a voice twice as quick: against the full voice at 0.88 kPa pitch, open quotient and peak flow are off by
-# 0.2 %, the impulse of collisions by 12 %.
+# taken as evenly likely: an index is of these ranges, and of the model. The basis is smaller than usual,
+# which makes a voice twice as quick: against the full voice at 0.88 kPa pitch, open quotient and peak flow
+# are off by up to 0.2 %, the impulse of collisions by 12 %.
 
 import subprocess
 import sys

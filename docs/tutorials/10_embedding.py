@@ -7,8 +7,8 @@ A program of thirty lines has the time loop in its own hands; Python, with the s
 
 # %%
 # The engine is a set of C++ libraries with headers, a CMake package and a file for pkg-config
-# (:doc:`/embedding`, :doc:`reference </reference/cpp>`). Here a larynx of soft tissue is blown open; the program
-# writes time and flow of each step.
+# (:doc:`/embedding`, :doc:`reference </reference/cpp>`). Here a larynx of soft tissue is blown open; the
+# program writes time and flow of each step.
 
 import os
 import shutil
@@ -46,8 +46,8 @@ int main() {
 )
 
 # %%
-# It is compiled against an installed engine: one at ``PLICA_PREFIX``, or that of the clone in which this lies,
-# which two commands of :doc:`/embedding` build and install.
+# It is compiled against an installed engine: one at ``PLICA_PREFIX``, or that of the clone in which this is
+# run, as :doc:`/embedding` builds it.
 
 prefix = Path(os.environ.get("PLICA_PREFIX", folder / "plica"))
 clones = [Path.cwd(), *Path.cwd().parents]

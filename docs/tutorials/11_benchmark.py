@@ -29,8 +29,8 @@ def exact(t):
 
 
 # %%
-# One level of a method: cells, and steps in proportion, so that both errors fall together. The sum is checked,
-# too: after half of the period the end must be at twice its place at rest.
+# One level of a method: cells, and steps in proportion, so that both errors fall together. The sum is
+# checked, too: after half of the period the end must be at twice its place at rest.
 
 at_rest = GRAVITY * DENSITY * LENGTH**2 / (2 * E)
 assert abs(exact(np.array([PERIOD / 2]))[0] / (2 * at_rest) - 1) < 1e-6
@@ -81,7 +81,7 @@ axes.legend()
 figure.tight_layout()
 
 # %%
-# Each level to the right has half the cells' length and half the step. What lies lower and farther to the left is
-# better. No method has its full order here: a front at which the acceleration jumps runs along the bar. With a
-# voice, where there is no closed form, take a finer mesh and a shorter step as the reference
+# Each level to the right has half the cells' length and half the step. What lies lower and farther to the
+# left is better. No method has its full order here: a front at which the acceleration jumps runs along the
+# bar. With a voice, where there is no closed form, take a finer mesh and a shorter step as the reference
 # (:doc:`/uncertainty` does so), and other programs as further lines.

@@ -107,7 +107,7 @@ def _require_free(directory: Path) -> None:
         return
     with storage_errors(directory, "read"):
         others = [path.name for path in directory.iterdir()]
-    begun = {"scene.toml", "recordings.csv", "plan.json"}
+    begun = {"scene.toml", "sources.csv", "plan.json"}
     known = {".lock", "pending", "results.zarr", *begun, *(f"{name}.part" for name in begun)}
     if foreign := sorted(set(others) - known):
         raise InvalidInput(

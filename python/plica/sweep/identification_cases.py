@@ -109,7 +109,7 @@ class Identifications(OfFiles):
         }
 
     def save(self, directory: Path) -> None:
-        """Write ``scene.toml`` and ``recordings.csv``: where each of them lies."""
+        """Write ``scene.toml`` and ``sources.csv``: where each of them lies."""
         self._scene.save(directory / "scene.toml")
         recording_list(self.paths, directory)
 

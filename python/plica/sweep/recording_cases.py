@@ -147,7 +147,7 @@ class Recordings(OfFiles):
         }
 
     def save(self, directory: Path) -> None:
-        """Write ``recordings.csv``: where each of them lies."""
+        """Write ``sources.csv``: where each of them lies."""
         recording_list(self.paths, directory)
 
     def compute(self, changes: Changes, waveforms: tuple[str, ...], folder: Path | None) -> Outcome:
@@ -228,4 +228,4 @@ def in_folder(folder: Path | None) -> Iterator[Path]:
 def recording_list(paths: Mapping[str, Path], directory: Path) -> None:
     """Write where recordings lie (CSV)."""
     rows = [{"recording": name, "path": str(path)} for name, path in paths.items()]
-    write_rows(directory / "recordings.csv", rows)
+    write_rows(directory / "sources.csv", rows)

@@ -100,7 +100,7 @@ def test_many_recordings_are_one_table(day: Path, tmp_path: Path) -> None:
         xarray.testing.assert_identical(stored.load(), found.dataset.load())
     with xarray.open_zarr(tmp_path / "results.zarr", consolidated=False) as stored:
         assert stored["recording"].values.tolist() == ["anna", "anna", "berta", "berta", "words", "words"]
-    paths = (tmp_path / "recordings.csv").read_text().splitlines()
+    paths = (tmp_path / "sources.csv").read_text().splitlines()
     assert paths[1] == f"anna,{day / 'anna.npy'}"
 
 
@@ -114,6 +114,21 @@ def test_recordings_alone_are_a_plan_and_a_stopped_one_goes_on(day: Path, tmp_pa
     assert part.status == ["done", "waiting"]
     assert part.unit("fundamental_frequency") == "Hz"
     assert_equal(sweep(plan(), tmp_path / "parts", progress=False), whole)
+
+
+def test_a_list_is_of_each_recording(day: Path, tmp_path: Path) -> None:
+    """Over cases, whose recordings are a column of text."""
+    recorded = Recordings(["anna.npy", "berta.npy"], SETTINGS, until="glottis", base=day)
+    plan = Plan.make(recorded, {"rotation": [0.0, 5.0], "first": [0, 2]}, design="list")
+    assert [plan.changes(case) for case in (1, 2)] == [
+        {"recording": "anna", "rotation": 5.0, "first": 2},
+        {"recording": "berta", "rotation": 0.0, "first": 0},
+    ]
+    found = sweep(plan, tmp_path, progress=False)
+    assert found.dataset["recording"].values.tolist() == ["anna", "anna", "berta", "berta"]
+    with xarray.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as stored:
+        xarray.testing.assert_identical(stored.load(), found.dataset.load())
+    assert (tmp_path / "cases.csv").read_text().splitlines()[2].startswith("1,anna,5.0,2.0,done,")
 
 
 def test_what_is_in_a_recording_counts_not_where_it_lies(day: Path, tmp_path: Path) -> None:
