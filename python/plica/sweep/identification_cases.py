@@ -20,7 +20,6 @@ from plica.sweep.subject import (
     Key,
     OfFiles,
     Outcome,
-    contents,
     file_digest,
     loaded,
     scene_files,
@@ -92,7 +91,7 @@ class Identifications(OfFiles):
     def record(self) -> dict[str, Any]:
         """Version, scene, settings, and all files by their content."""
         scene = self._scene.resolved()
-        files = {name: contents(path) for name, path in self.paths.items()} | scene_files(scene)
+        files = scene_files(scene)
         settings = self._settings.model_dump(mode="json", exclude_none=True)
         if self._settings.drive is not None:
             files["drive"] = file_digest(Path(settings.pop("drive")), "that of the settings")
@@ -105,6 +104,7 @@ class Identifications(OfFiles):
             "plica_version": str(_engine.build_info()["version"]),
             "scene": scene,
             "settings": settings,
+            "recordings": self.digests(),
             "files": files,
         }
 

@@ -22,7 +22,6 @@ from plica.sweep.subject import (
     Key,
     OfFiles,
     Outcome,
-    contents,
     file_digest,
     statistics,
 )
@@ -135,7 +134,7 @@ class Recordings(OfFiles):
     def record(self) -> dict[str, Any]:
         """Version, settings, and the recordings by their content."""
         settings = asdict(self._settings)
-        files = {name: contents(path) for name, path in self.paths.items()}
+        files = {}
         if settings["segmenter"] is not None:  # what is in it counts, not where it lies
             files["segmenter"] = file_digest(Path(settings.pop("segmenter")), "an ONNX model")
         told = {name: value for name, value in settings.items() if value is not None}
@@ -143,6 +142,7 @@ class Recordings(OfFiles):
             "kind": self.kind,
             "plica_version": str(_engine.build_info()["version"]),
             "settings": {**told, "until": self.until},
+            "recordings": self.digests(),
             "files": files,
         }
 

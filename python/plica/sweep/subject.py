@@ -27,7 +27,6 @@ __all__ = [
     "Outcome",
     "Statistics",
     "Subject",
-    "contents",
     "file_digest",
     "found_recordings",
     "loaded",
@@ -155,6 +154,10 @@ class OfFiles:
         """Their names."""
         return tuple(self.paths)
 
+    def digests(self) -> dict[str, str]:
+        """SHA-256 of each by its content."""
+        return {name: _contents(path) for name, path in self.paths.items()}
+
 
 def statistics(item: Measured) -> Statistics:
     """Value, spread and uncertainty; None for what is not finite."""
@@ -181,8 +184,8 @@ def file_digest(path: Path, what: str) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def contents(path: Path) -> str:
-    """SHA-256 of all that a recording, or its analysis, consists of."""
+def _contents(path: Path) -> str:
+    """Of all that a recording, or its analysis, consists of."""
     together = hashlib.sha256()
     for part in _parts(path):
         together.update(f"{part.name} {file_digest(part, 'that of a recording')}\n".encode())

@@ -126,7 +126,7 @@ def test_the_plan_is_of_all_files_by_content(flows: Path, tmp_path: Path) -> Non
     block_scene().save(tmp_path / "coarse.toml")
     chosen = {"drive": tmp_path / "p.csv", "coarser": str(tmp_path / "coarse.toml")}
     before = Plan.make(_subject(flows, **chosen), {"identify.log_sd": [0.5]}).record
-    assert set(before["files"]) == {"one", "drive"}
+    assert (set(before["recordings"]), set(before["files"])) == ({"one"}, {"drive"})
     (tmp_path / "q.csv").write_text((tmp_path / "p.csv").read_text())
     block_scene().save(tmp_path / "other.toml")
     moved = {"drive": tmp_path / "q.csv", "coarser": str(tmp_path / "other.toml")}

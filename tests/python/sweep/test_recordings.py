@@ -142,7 +142,7 @@ def test_what_is_in_a_recording_counts_not_where_it_lies(day: Path, tmp_path: Pa
     changed[3, 5, 7] += 1
     np.save(own / "anna.npy", changed)
     for other, what in (
-        (Plan.make(_anna(own), {"rotation": [0.0]}), "files.anna"),
+        (Plan.make(_anna(own), {"rotation": [0.0]}), "recordings.anna"),
         (Plan.make(_anna(day, video.Settings(fps=3000)), {"rotation": [0.0]}), "settings.fps"),
         (Plan.make(Recordings([day / "anna.npy"], SETTINGS), {"rotation": [0.0]}), "settings.until"),
     ):
