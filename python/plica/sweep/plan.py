@@ -89,7 +89,7 @@ class Plan:
         vary : mapping
             Key of a number of the scene, ``"tissue.cover.E"``, to its values: ``"0.4:1.2:9 kPa"`` (nine,
             evenly from end to end), ``"1, 2, 4 kPa"``, or a list; or to its range, ``"0.4:1.2 kPa"``, for
-            a design that is drawn. Of several recordings it may be empty.
+            a design that is drawn. Of several recordings it may be empty, in a grid or a list.
         design : str
             ``"grid"``: all combinations. ``"list"``: case k has the k-th value of every key. Each of several
             recordings has all cases.
@@ -118,7 +118,7 @@ class Plan:
             raise InvalidInput(f'{where}: design = "{design}"; must be {one_of(DESIGNS)}.')
         if keep not in ("measures", "runs"):
             raise InvalidInput(f'{where}: keep = "{keep}"; must be one of measures, runs.')
-        if not vary and not several:
+        if not vary and (not several or design in DRAWN):
             raise InvalidInput(f"{where}: no key is varied; must be one or more, e.g. tissue.cover.E.")
         if several and design in ("sobol", "morris"):
             raise InvalidInput(

@@ -199,14 +199,16 @@ def test_one_drawn_design_of_a_recording_has_its_place(day: Path, tmp_path: Path
         ({"fps": "4000"}, {}, "the text has no unit"),
         ({"first": [1.5]}, {}, "must be whole numbers"),
         ({}, {}, "no key is varied"),
+        ({}, {"files": ["anna.npy", "berta.npy"], "design": "latin_hypercube"}, "no key is varied"),
     ],
 )
 def test_what_makes_no_plan_is_refused(
     vary: dict[str, Any], given: dict[str, Any], why: str, day: Path
 ) -> None:
-    subject = _anna(day, given.pop("settings", SETTINGS))
+    chosen = dict(given)
+    files, settings = chosen.pop("files", ["anna.npy"]), chosen.pop("settings", SETTINGS)
     with pytest.raises(plica.InvalidInput) as error:
-        Plan.make(subject, vary, **given)
+        Plan.make(Recordings(files, settings, base=day), vary, **chosen)
     assert why in str(error.value)
 
 
