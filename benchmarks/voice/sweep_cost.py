@@ -96,7 +96,7 @@ class Costs:
             task = Task(
                 case=case,
                 digest=plan.case_digest(case),
-                scene=plan.scene,
+                subject=plan.subject,
                 changes=plan.changes(case),
                 waveforms=(),
                 version=plica.__version__,

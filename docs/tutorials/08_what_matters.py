@@ -7,7 +7,9 @@ Which of five numbers of a scene decide pitch, flow and collision: Sobol's indic
 
 # %%
 # A reduced voice (:doc:`/reduction`) of the example's folds, and the ranges of five of its numbers. They are
-# taken as evenly likely: an index is of these ranges, and of the model.
+# taken as evenly likely: an index is of these ranges, and of the model. The basis is smaller than usual,
+# which makes a voice twice as quick: against the full voice at 0.88 kPa pitch, open quotient and peak flow
+# are off by up to 0.2 %, the impulse of collisions by 12 %.
 
 import subprocess
 import sys
@@ -32,7 +34,7 @@ scene = plica.Scene(
     initial=plica.Initial(opening_velocity="0.1 m/s"),
     time=plica.Stepping(step="100 us", duration="80 ms"),
 )
-plica.reduce(scene, folder / "basis.h5")
+plica.reduce(scene, folder / "basis.h5", modes=100, contact_vectors=60)
 scene.replace({"reduction": {"basis": str(folder / "basis.h5")}}).save(folder / "voice.toml")
 
 (folder / "study.toml").write_text(

@@ -1,4 +1,4 @@
-"""``plica sweep``: many cases of one scene."""
+"""``plica sweep``: many cases of one scene, or of recordings."""
 
 from __future__ import annotations
 
@@ -17,8 +17,18 @@ if TYPE_CHECKING:
 __all__ = ["add_commands"]
 
 _HELP = """\
-Computes many cases of a scene that differ in some of its numbers, on several processors, and stores what each
-of them measures in DIR:
+Computes many cases that differ in some numbers, on several processors, and stores what each of them measures
+in DIR. Cases are runs of a scene; analyses of recordings with settings that change; or the tissue that
+recordings are asked for under assumptions that change. Recordings are named in a study file:
+
+  recordings = ["day/*.avi"]               scene = "larynx.toml"
+  until = "glottis"                        recordings = ["anna/analysis", "berta/analysis"]
+  [settings]                               [settings]
+  fps = 4000                               parameters = ["cover.mu_fibre", "body.mu_fibre"]
+  [vary]                                   [vary]
+  rotation = "-5, 0, 5 deg"                identify.log_sd = "0.5, 0.7, 1"
+
+In DIR:
 
   cases.csv        a row a case: what was varied, its status (waiting, done, refused, failed) with the reason,
                    measures with spread and uncertainty, names of its cautions; in SI
@@ -43,7 +53,7 @@ examples:
     --vary tissue.cover.E=1,2,4kPa --workers 2 -o sweeps/two
   plica sweep voice.toml --vary airflow.subglottal_pressure=0.6:1.0kPa --vary tissue.cover.E=1:4kPa \\
     --design sobol --samples 256 -o sweeps/sobol
-  plica sweep study.toml -o sweeps/study          scene, design and [vary] from a file (docs/sweeps.md)
+  plica sweep study.toml -o sweeps/study          what, design and [vary] from a file (docs/sweeps.md)
   plica sweep study.toml -o sweeps/study --first 100       only its first 100 cases
   plica sweep study.toml -o sweeps/study --scheduler tcp://10.0.0.1:8786     on a cluster's Dask workers
   plica sweep sweeps/study --table                the cases and their main measures, also while it computes
@@ -58,7 +68,9 @@ _COMPUTED = ("directory", "workers", "scheduler", "first", "retry")
 
 def add_commands(commands: Any) -> None:
     """Add it to the commands of ``plica``."""
-    part = add_command(commands, "sweep", _sweep, "run a scene with many values", _HELP)
+    part = add_command(
+        commands, "sweep", _sweep, "run a scene, or analyse recordings, with many values", _HELP
+    )
     part.add_argument(
         "source", metavar="SOURCE", type=Path, help="a scene or a study file (TOML), or DIR of a sweep"
     )
@@ -78,7 +90,7 @@ def add_commands(commands: Any) -> None:
     part.add_argument(
         "--waveforms", metavar="NAMES", type=_names, help="keep these of each case, e.g. flow,minimum_area"
     )
-    part.add_argument("--keep", metavar="runs", choices=["runs"], help="keep the run folder of each case")
+    part.add_argument("--keep", metavar="runs", choices=["runs"], help="keep the folder of each case")
     part.add_argument(
         "--workers", metavar="N", type=whole, help="processes here, of one thread (default: the CPUs)"
     )
@@ -141,6 +153,7 @@ def _plan(options: argparse.Namespace) -> Plan:
     if is_study(options.source):
         _refuse(options, _PLANNED, f"{options.source} has the plan")
         return read_study(options.source)
+    _require_text(options.source)
     vary: dict[str, object] = {}
     for key, values in options.vary or ():
         if key in vary:
@@ -149,6 +162,18 @@ def _plan(options: argparse.Namespace) -> Plan:
     names = ("design", "samples", "seed", "waveforms", "keep")
     given: dict[str, Any] = {name: value for name in names if (value := getattr(options, name)) is not None}
     return Plan.make(options.source, vary, where="--vary", **given)
+
+
+def _require_text(path: Path) -> None:
+    """A recording is no scene."""
+    if not path.is_file():
+        return
+    with path.open("rb") as file:
+        if b"\0" in file.read(4096):
+            raise InvalidInput(
+                f"{path}: no text; must be a scene or a study file (TOML). Recordings are named in a study "
+                "file: plica sweep --help."
+            )
 
 
 def _refuse(options: argparse.Namespace, names: tuple[str, ...], why: str) -> None:

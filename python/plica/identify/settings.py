@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
@@ -179,7 +180,12 @@ class Settings(Part):
             raise InvalidInput(f"{path.name}: not TOML: {error}.") from None
         if set(data) != {"identify"} or not isinstance(data["identify"], dict):
             raise InvalidInput(f"{path.name}: must have the table [identify], and nothing else.")
-        table: dict[str, Any] = dict(data["identify"])
+        return cls.of_table(data["identify"], path, ("identify",))
+
+    @classmethod
+    def of_table(cls, given: Mapping[str, Any], path: Path, within: tuple[str, ...]) -> Self:
+        """A table of the TOML file at `path`; `drive` and `coarser` are relative to it."""
+        table = dict(given)
         if isinstance(table.get("drive"), str):
             table["drive"] = str((path.parent / table["drive"]).resolve())
         if isinstance(table.get("coarser"), str) and table["coarser"] not in ("auto", "none"):
@@ -187,7 +193,7 @@ class Settings(Part):
         try:
             return cls.model_validate(table)
         except ValidationError as error:
-            raise SceneError(describe(error, path.name, ("identify",))) from None
+            raise SceneError(describe(error, path.name, within)) from None
 
     def tissue_parameters(self, scene: Scene) -> list[TissueParameter]:
         """The estimated parameters with their priors; the default median is the scene's value."""

@@ -10,7 +10,6 @@ from typing import Any
 from plica.errors import InvalidInput
 from plica.scene.changes import Changeable, key_names
 from plica.scene.problems import path_text, unknown_text, value_text
-from plica.scene.scene import Scene
 from plica.units import Unit
 
 __all__ = ["NumberKey", "number_key"]
@@ -35,8 +34,8 @@ class NumberKey:
     whole: bool
 
 
-def number_key(scene: Scene, key: str, where: str) -> NumberKey:
-    """The number that a key names in this scene.
+def number_key(scene: Changeable, key: str, where: str) -> NumberKey:
+    """The number that a key names in this scene, or in other settings.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Sweeps and ensembles: many cases of one scene, resumable, as one labelled data set.
+"""Sweeps and ensembles: many cases of one scene or of recordings, resumable, as one labelled data set.
 
 The command ``plica sweep`` as functions::
 
@@ -10,6 +10,9 @@ The command ``plica sweep`` as functions::
         found = sweep.run(plan, "sweeps/one", workers=2)
         print(found.dataset["fundamental_frequency"])
         sweep.write_report(found)
+
+`Recordings` in place of the scene are analysed with settings that change, `Identifications` are asked for the
+tissue under assumptions that change.
 """
 
 from __future__ import annotations
@@ -17,7 +20,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from plica.sweep.driver import run
+from plica.sweep.identification_cases import Identifications
 from plica.sweep.plan import Plan
+from plica.sweep.recording_cases import Recordings
 from plica.sweep.results import Sweep
 from plica.sweep.sensitivity import Index, Indices, indices
 from plica.sweep.study import read_study
@@ -25,7 +30,18 @@ from plica.sweep.study import read_study
 if TYPE_CHECKING:
     from plica.sweep.page import write_report
 
-__all__ = ["Index", "Indices", "Plan", "Sweep", "indices", "read_study", "run", "write_report"]
+__all__ = [
+    "Identifications",
+    "Index",
+    "Indices",
+    "Plan",
+    "Recordings",
+    "Sweep",
+    "indices",
+    "read_study",
+    "run",
+    "write_report",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -107,7 +107,8 @@ def _require_free(directory: Path) -> None:
         return
     with storage_errors(directory, "read"):
         others = [path.name for path in directory.iterdir()]
-    known = {".lock", "pending", "results.zarr", "scene.toml", "scene.toml.part", "plan.json.part"}
+    begun = {"scene.toml", "sources.csv", "plan.json"}
+    known = {".lock", "pending", "results.zarr", *begun, *(f"{name}.part" for name in begun)}
     if foreign := sorted(set(others) - known):
         raise InvalidInput(
             f"{directory}: holds {foreign[0]}, and no sweep; must be new or empty. Use another directory."
@@ -149,7 +150,7 @@ class _Driver:
         task = Task(
             case=case,
             digest=plan.case_digest(case),
-            scene=plan.scene,
+            subject=plan.subject,
             changes=plan.changes(case),
             waveforms=plan.waveforms,
             version=str(plan.record["plica_version"]),

@@ -24,6 +24,11 @@ _DESIGNS = {
     "sobol": "Sobol indices (Saltelli's design)",
     "morris": "Morris's elementary effects",
 }
+_KINDS = {
+    "run": "Sweep of a scene",
+    "recording": "Sweep of recordings",
+    "identification": "Sweep of the tissue that recordings are asked for",
+}
 
 
 def write_report(sweep: Sweep, measures: tuple[str, ...] = ()) -> Path:
@@ -51,6 +56,7 @@ def write_report(sweep: Sweep, measures: tuple[str, ...] = ()) -> Path:
         running=f"Sweep {sweep.directory.resolve().name}",
         counts={name: count for name, count in sweep.counts.items() if count},
         cases=len(sweep),
+        kind=_KINDS[sweep.record.get("kind", "run")],
         design=_DESIGNS[sweep.record["design"]],
         samples=sweep.record["samples"],
         seed=sweep.record["seed"],
@@ -79,8 +85,11 @@ def _indices(sweep: Sweep, measures: tuple[str, ...]) -> tuple[list[Indices], li
 
 
 def _varied(sweep: Sweep, k: int) -> tuple[str, str, str, str, int]:
-    """Key, least and largest value, unit, number of different values."""
+    """Key, least and largest value (first and last word), unit, number of different values."""
     key, values = sweep.keys[k], sweep.values[:, k]
+    if key in sweep.words:
+        words = sweep.words[key]
+        return key, words[0], words[-1], "", len(words)
     factor, unit = shown_unit(sweep.units[key])
     low, high = (number(factor * float(end), 4) for end in (values.min(), values.max()))
     return key, low, high, typeset(unit or "1"), len(set(values))

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plica.measures.catalogue import quantity
+from plica.measures.catalogue import CATALOGUE
 from plica.measures.record import Floats
 from plica.measures.scale import shown_unit
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, purple, red
@@ -27,47 +27,65 @@ _RASTERED = 200  # points from which they are drawn as a picture
 
 def measures_picture(sweep: Sweep, measures: Sequence[str]) -> Drawing:
     """Measures (downwards) over each key (to the right); lines in a grid of one key or two."""
-    keys = sweep.keys[:_COLUMNS]
-    lines = sweep.record["design"] == "grid" and len(sweep.keys) <= 2
+    ordered = sorted(sweep.keys, key=lambda key: key in sweep.words)  # numbers to the right before words
+    keys = ordered[:_COLUMNS]
+    lines = sweep.record["design"] == "grid" and len(ordered) <= 2
     columns = 1 if lines else len(keys)
     size = (6.4 if columns == 1 else min(2.3 * columns, 11.0), 1.9 * len(measures) + 0.6)
 
     def paint(figure: Figure) -> None:
         panels = figure.subplots(len(measures), columns, sharex="col", sharey="row", squeeze=False)
         for row, name in enumerate(measures):
-            for column, axes in enumerate(panels[row]):
-                (_lines if lines else _points)(axes, sweep, name, column)
-            panels[row][0].set_ylabel(_measure_label(name))
-        for column, axes in enumerate(panels[-1]):
-            axes.set_xlabel(_key_label(sweep, sweep.keys[column]))
-        if lines and len(sweep.keys) == 2:
-            factor, unit = shown_unit(sweep.units[sweep.keys[1]])
-            second = dict.fromkeys(sweep.values[:, 1])
-            if len(second) <= len(_COLOURS):
-                names = [f"{factor * value:.4g} {typeset(unit)}".strip() for value in second]
+            for key, axes in zip(keys, panels[row], strict=False):
+                if lines:
+                    _lines(axes, sweep, name, ordered)
+                else:
+                    _points(axes, sweep, name, key)
+            panels[row][0].set_ylabel(_measure_label(sweep, name))
+        for key, axes in zip(keys, panels[-1], strict=False):
+            axes.set_xlabel(_key_label(sweep, key))
+            if key in sweep.words:
+                words = sweep.words[key]
+                axes.set_xticks(range(len(words)), words, rotation=30 if len(words) > 3 else 0)
+        if lines and len(ordered) == 2:
+            names = _values_of(sweep, ordered[1])
+            if len(names) <= len(_COLOURS):
                 label_ends(panels[0][0], list(zip(names, _COLOURS, strict=False)))
 
-    others = sweep.keys[len(keys) :]
+    others = ordered[len(keys) :]
     caption = "Each point is a case" + (f"; not shown: over {', '.join(others)}" if others else "")
-    if lines and len(sweep.keys) == 2:
-        caption += f"; each line is a value of {sweep.keys[1]}"
+    if lines and len(ordered) == 2:
+        caption += f"; each line is a value of {ordered[1]}"
     return draw("Measures", f"{caption}.", "Measures over what was varied", size, paint)
 
 
-def _lines(axes: Axes, sweep: Sweep, name: str, column: int) -> None:
-    x_factor, y_factor = shown_unit(sweep.units[sweep.keys[0]])[0], quantity(name).people()[0]
-    x, y = x_factor * sweep.values[:, 0], y_factor * sweep[name]
-    second = sweep.values[:, 1] if sweep.values.shape[1] > 1 else np.zeros(len(sweep))
-    for k, value in enumerate(dict.fromkeys(second)):
+def _along(sweep: Sweep, key: str) -> Floats:
+    """What every case has for a key, in common units; the position of a word."""
+    return np.asarray(shown_unit(sweep.units[key])[0] * sweep.values[:, sweep.keys.index(key)])
+
+
+def _values_of(sweep: Sweep, key: str) -> list[str]:
+    """All values of a key as text."""
+    if key in sweep.words:
+        return list(sweep.words[key])
+    unit = typeset(shown_unit(sweep.units[key])[1])
+    return [f"{value:.4g} {unit}".strip() for value in dict.fromkeys(_along(sweep, key).tolist())]
+
+
+def _lines(axes: Axes, sweep: Sweep, name: str, keys: Sequence[str]) -> None:
+    """Over the first key, a line for each value of the second; of words points alone."""
+    x, y = _along(sweep, keys[0]), sweep.shown(name)[0] * sweep[name]
+    second = _along(sweep, keys[1]) if len(keys) > 1 else np.zeros(len(sweep))
+    kind = "o" if keys[0] in sweep.words else "o-"
+    for k, value in enumerate(dict.fromkeys(second.tolist())):
         chosen = second == value
-        axes.plot(x[chosen], y[chosen], "o-", color=_COLOURS[k % len(_COLOURS)], markersize=3.5)
+        axes.plot(x[chosen], y[chosen], kind, color=_COLOURS[k % len(_COLOURS)], markersize=3.5)
 
 
-def _points(axes: Axes, sweep: Sweep, name: str, column: int) -> None:
-    x_factor, y_factor = shown_unit(sweep.units[sweep.keys[column]])[0], quantity(name).people()[0]
+def _points(axes: Axes, sweep: Sweep, name: str, key: str) -> None:
     axes.plot(
-        x_factor * sweep.values[:, column],
-        y_factor * sweep[name],
+        _along(sweep, key),
+        sweep.shown(name)[0] * sweep[name],
         ".",
         color=blue,
         markersize=3,
@@ -99,7 +117,8 @@ def indices_picture(found: Sequence[Indices]) -> Drawing:
 
 
 def _bars(axes: Axes, one: Indices, keys: Sequence[str], kinds: Sequence[str]) -> None:
-    factor, unit = (1.0, "1") if one.unit == "1" else quantity(one.measure).people()
+    entry = CATALOGUE.get(one.measure)
+    factor, unit = entry.people() if entry and entry.unit == one.unit != "1" else shown_unit(one.unit)
     height = 0.8 / len(kinds)
     for k, kind in enumerate(kinds):
         chosen = {index.key: index for index in one.found if index.kind == kind}
@@ -111,14 +130,14 @@ def _bars(axes: Axes, one: Indices, keys: Sequence[str], kinds: Sequence[str]) -
     axes.axvline(0, color=grey, linewidth=0.7)
     axes.set_yticks(np.arange(len(keys)), keys)
     axes.invert_yaxis()
-    label = quantity(one.measure).label
+    label = one.measure if entry is None else entry.label
     axes.set_title(label if unit == "1" else f"{label} ({typeset(unit)})", loc="right")
 
 
-def _measure_label(name: str) -> str:
-    one = quantity(name)
-    unit = typeset(one.people()[1])
-    label = one.symbol or one.label
+def _measure_label(sweep: Sweep, name: str) -> str:
+    unit = typeset(sweep.shown(name)[1])
+    one = CATALOGUE.get(name)
+    label = name if one is None else one.symbol or one.label
     return textwrap.fill(f"{label} ({unit})" if unit else label, _WIDTH)
 
 

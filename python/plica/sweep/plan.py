@@ -1,4 +1,4 @@
-"""The plan of a sweep: a scene, the keys that change, and their values in each case."""
+"""The plan of a sweep: what it is of, the keys that change, and their values in each case."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from plica import _engine
 from plica.errors import InvalidInput, nearest, one_of
 from plica.measures.waveforms import STORED
-from plica.scene.number_key import NumberKey, number_key
 from plica.scene.scene import Scene
 from plica.sweep.needed import needed
+from plica.sweep.scene_cases import SceneCases
+from plica.sweep.subject import RECORDING, ChoiceKey, Key, Subject, loaded
 from plica.sweep.values import Range, Values, read_values
 
 __all__ = ["DESIGNS", "Design", "Plan"]
@@ -43,21 +43,22 @@ class Plan:
 
     Attributes
     ----------
-    scene : Scene
+    subject : Subject
+        What cases are of: `SceneCases`, `Recordings` or `Identifications`.
     design : {"grid", "list", "latin_hypercube", "sobol", "morris"}
     varied : tuple of Values or Range
-        Each key with what was given for it.
+        Each key with what was given for it; of several recordings these first.
     values : (cases, keys)
-        In SI.
+        In SI; of words their positions.
     samples, seed : int or None
         Of a design that is drawn.
     waveforms : tuple of str
         Kept of each case, besides its measures.
     keep : {"measures", "runs"}
-        Whether whole run folders are kept.
+        Whether whole folders of results are kept.
     """
 
-    scene: Scene
+    subject: Subject
     design: Design
     varied: tuple[Values | Range, ...]
     values: NDArray[np.float64] = field(repr=False)
@@ -69,7 +70,7 @@ class Plan:
     @classmethod
     def make(
         cls,
-        scene: Scene | str | Path,
+        subject: Subject | Scene | str | Path,
         vary: Mapping[str, object],
         *,
         design: Design = "grid",
@@ -83,13 +84,15 @@ class Plan:
 
         Parameters
         ----------
-        scene : Scene or path
+        subject : Scene, path, Recordings or Identifications
+            A scene, or its file; or recordings, which are analysed, or asked for the tissue.
         vary : mapping
             Key of a number of the scene, ``"tissue.cover.E"``, to its values: ``"0.4:1.2:9 kPa"`` (nine,
             evenly from end to end), ``"1, 2, 4 kPa"``, or a list; or to its range, ``"0.4:1.2 kPa"``, for
-            a design that is drawn.
+            a design that is drawn. Of several recordings it may be empty, in a grid or a list.
         design : str
-            ``"grid"``: all combinations. ``"list"``: case k has the k-th value of every key.
+            ``"grid"``: all combinations. ``"list"``: case k has the k-th value of every key. Each of several
+            recordings has all cases.
             ``"latin_hypercube"``: `samples` cases spread over the ranges. ``"sobol"`` (Saltelli) and
             ``"morris"``: those of sensitivity indices.
         samples : int, optional
@@ -98,9 +101,9 @@ class Plan:
         seed : int, optional
             Of a design that is drawn; default: 1.
         waveforms : sequence of str
-            To keep of each case: those with one number a step.
+            To keep of each run: those with one number a step.
         keep : {"measures", "runs"}
-            ``"runs"``: also the run folder of each case.
+            ``"runs"``: also the folder of each case, as ``plica run``, ``video`` or ``identify`` has it.
         where : str
             Prefix of messages.
 
@@ -108,17 +111,22 @@ class Plan:
         ------
         InvalidInput
         """
-        scene = scene if isinstance(scene, Scene) else Scene.load(scene)
+        if isinstance(subject, Scene | str | Path):
+            subject = SceneCases(loaded(subject))
+        several = len(subject.recordings) > 1
         if design not in DESIGNS:
             raise InvalidInput(f'{where}: design = "{design}"; must be {one_of(DESIGNS)}.')
         if keep not in ("measures", "runs"):
             raise InvalidInput(f'{where}: keep = "{keep}"; must be one of measures, runs.')
-        if not vary:
+        if not vary and (not several or design in DRAWN):
             raise InvalidInput(f"{where}: no key is varied; must be one or more, e.g. tissue.cover.E.")
-        _require_waveforms(waveforms, vary, where)
-        varied = tuple(
-            read_values(number_key(scene, key, where), given, where) for key, given in vary.items()
-        )
+        if several and design in ("sobol", "morris"):
+            raise InvalidInput(
+                f'{where}: design = "{design}" with {len(subject.recordings)} recordings; must be of one: '
+                "sensitivity indices are of one voice."
+            )
+        _require_waveforms(subject, waveforms, vary, where)
+        varied = tuple(read_values(subject.key(key, where), given, where) for key, given in vary.items())
         drawn = design in DRAWN
         for one in varied:
             if isinstance(one, Range) != drawn:
@@ -135,8 +143,11 @@ class Plan:
                         f'{where}: {name} = {number}; must be left out: a design "{design}" is not drawn.'
                     )
             values = _given(design, [one for one in varied if isinstance(one, Values)], where)
+        if several:
+            named = Values.of_words(ChoiceKey(RECORDING, subject.recordings), subject.recordings)
+            varied, values = (named, *varied), _of_each(named, values, where)
         return cls(
-            scene=scene,
+            subject=subject,
             design=design,
             varied=varied,
             values=values,
@@ -147,7 +158,7 @@ class Plan:
         )
 
     @property
-    def keys(self) -> tuple[NumberKey, ...]:
+    def keys(self) -> tuple[Key, ...]:
         """The keys that change."""
         return tuple(one.key for one in self.varied)
 
@@ -161,15 +172,15 @@ class Plan:
     def __len__(self) -> int:
         return len(self.values)
 
-    def changes(self, case: int) -> dict[str, float | int]:
-        """What case number `case`, from 0, changes in the scene."""
+    def changes(self, case: int) -> dict[str, float | int | str]:
+        """What case number `case`, from 0, changes, and its recording, if there are several."""
         return {
-            key.key: round(value) if key.whole else float(value)
-            for key, value in zip(self.keys, self.values[case], strict=True)
+            one.key.key: _changed(one, float(value))
+            for one, value in zip(self.varied, self.values[case], strict=True)
         }
 
     def case_digest(self, case: int) -> str:
-        """What a case is of: scene, files, version and changes, as 16 hexadecimal digits."""
+        """What a case is of: files, version and changes, as 16 hexadecimal digits."""
         return _digest([self._common, self.changes(case)])[:16]
 
     @cached_property
@@ -185,24 +196,48 @@ class Plan:
             "values": _digest(self.values.tolist()),
             "waveforms": list(self.waveforms),
             "keep": self.keep,
+            **self._words,
             **self._of_all,
         }
 
+    @property
+    def _words(self) -> dict[str, Any]:
+        words = {one.key.key: one.words for one in self.varied if isinstance(one, Values) and one.words}
+        return {"words": {key: list(found) for key, found in words.items()}} if words else {}
+
     @cached_property
     def _of_all(self) -> dict[str, Any]:
-        scene = self.scene.resolved()
-        files = {}
-        for part, name in (("mesh", "file"), ("reduction", "basis")):
-            if name in scene.get(part, {}):  # what is in it counts, not where it lies
-                files[f"{part}.{name}"] = _file_digest(Path(scene[part].pop(name)))
-        return {"plica_version": str(_engine.build_info()["version"]), "scene": scene, "files": files}
+        return self.subject.record()
 
     @cached_property
     def _common(self) -> str:
         return _digest(self._of_all)
 
 
-def _require_waveforms(waveforms: Sequence[str], vary: Mapping[str, object], where: str) -> None:
+def _changed(one: Values | Range, value: float) -> float | int | str:
+    """What a case has for a key."""
+    if isinstance(one.key, ChoiceKey):
+        assert isinstance(one, Values)
+        return one.words[round(value)]
+    return round(value) if one.key.whole else value
+
+
+def _of_each(recordings: Values, values: NDArray[np.float64], where: str) -> NDArray[np.float64]:
+    """The cases of a design for each of these recordings, which are the first column."""
+    count = len(recordings.values)
+    _require_few(count * len(values), where)
+    first = np.repeat(np.array(recordings.values), len(values))
+    return np.column_stack([first, np.tile(values, (count, 1))])
+
+
+def _require_waveforms(
+    subject: Subject, waveforms: Sequence[str], vary: Mapping[str, object], where: str
+) -> None:
+    if waveforms and subject.kind != "run":
+        raise InvalidInput(
+            f"{where}: waveforms of recordings; must be left out: cases have no times in common. With keep = "
+            '"runs" the folder of each case has its own.'
+        )
     known = [name for name, one in STORED.items() if one.per == "step" and name != "time"]
     for name in waveforms:
         if name not in known:
@@ -233,6 +268,8 @@ def _require_few(cases: int, where: str) -> None:
 
 def _given(design: Design, varied: Sequence[Values], where: str) -> NDArray[np.float64]:
     """The cases of values that are given."""
+    if not varied:
+        return np.zeros((1, 0))
     columns = [one.values for one in varied]
     lengths = {one.key.key: len(one.values) for one in varied}
     if design == "list":
@@ -270,13 +307,6 @@ def _drawn(
     ).sample
     options = {"calc_second_order": False} if design == "sobol" else {}
     return np.asarray(make(problem, samples, seed=seed, **options), dtype=float)
-
-
-def _file_digest(path: Path) -> str:
-    if not path.is_file():
-        raise InvalidInput(f"{path}: there is no such file; must be that of the scene.")
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _digest(content: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
@@ -11,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, UnknownName, nearest
-from plica.measures.catalogue import CATALOGUE, quantity
+from plica.measures.catalogue import CATALOGUE
 from plica.measures.scale import shown_unit
 from plica.report.wording import headline
 from plica.scene.toml_text import toml_text
 from plica.storage.files import replaced
 from plica.storage.table import heading, write_table
-from plica.sweep.case import CaseResult, Status
+from plica.sweep.case import STATISTICS, CaseResult, Status
 from plica.sweep.needed import needed
 from plica.sweep.store import (
     STATUSES,
@@ -28,6 +29,7 @@ from plica.sweep.store import (
     read_plan,
     stored_names,
     waveform_name,
+    worded,
 )
 
 if TYPE_CHECKING:
@@ -49,9 +51,9 @@ class Sweep:
     ----------
     directory : Path
     record : dict
-        The plan: `design`, `samples`, `seed`, `keys`, `scene`, ...
+        The plan: `design`, `samples`, `seed`, `keys`, what it is of (`scene`, `settings`), ...
     values : (cases, keys)
-        In SI.
+        In SI; of words (recordings, presets) their positions in `words`.
     columns : dict of (cases) ndarray
         What is stored of each case: measures (``open_quotient``), their spreads and uncertainties
         (``open_quotient_spread``), NaN where there is none; ``seconds``, ``steps``, ``cautions``,
@@ -71,10 +73,14 @@ class Sweep:
         self.columns: dict[str, NDArray[Any]] = {
             name: np.asarray(group[name][:]) for name in sorted(set(names) - others)
         }
+        self._attributes: dict[str, dict[str, Any]] = {
+            name: dict(group[name].attrs) for name in (*self.columns, "status")
+        }
         for result in self._ended:
             self._add(result)
         for name in (*_NUMBERS, *_TEXTS):
             self.columns.setdefault(name, np.full(len(self), "" if name in _TEXTS else 0))
+            self._attributes.setdefault(name, attributes_of(name))
 
     @classmethod
     def load(cls, directory: str | Path) -> Sweep:
@@ -105,9 +111,36 @@ class Sweep:
         return {one["key"]: one["unit"] for one in self.record["keys"]}
 
     @property
+    def words(self) -> Mapping[str, tuple[str, ...]]:
+        """What each key stands for whose values are words."""
+        return {key: tuple(words) for key, words in self.record.get("words", {}).items()}
+
+    def given(self, key: str) -> NDArray[Any]:
+        """(cases) What every case has for a key: a number in SI, or a word."""
+        if key not in self.keys:
+            raise UnknownName(f"Sweep {self.directory}", key, self.keys)
+        return worded(self.values[:, self.keys.index(key)], self.words.get(key, ()))
+
+    @property
     def measures(self) -> tuple[str, ...]:
-        """Names of the measures that some case has, in the catalogue's order."""
-        return tuple(name for name in CATALOGUE if name in self.columns)
+        """Names of the measures that some case has, in the catalogue's order; then those of tissue."""
+        of_measures = self.columns.keys() - {*_NUMBERS, *_TEXTS}
+        derived = {f"{name}_{one}" for name in of_measures for one in STATISTICS[1:]}
+        others = sorted(of_measures - derived - CATALOGUE.keys())
+        return (*(name for name in CATALOGUE if name in self.columns), *others)
+
+    def unit(self, name: str) -> str:
+        """Unit of a measure, as it is stored."""
+        if name not in self._attributes:
+            raise UnknownName(f"Sweep {self.directory}", name, self.measures)
+        return str(self._attributes[name]["units"])
+
+    def shown(self, name: str) -> tuple[float, str]:
+        """Factor to the unit in which people read a measure, and that unit."""
+        unit = self.unit(name)
+        if name in CATALOGUE and CATALOGUE[name].unit == unit:
+            return CATALOGUE[name].people()
+        return shown_unit(unit)
 
     @property
     def main_measures(self) -> tuple[str, ...]:
@@ -143,20 +176,25 @@ class Sweep:
         for name, values in (("status", self._codes), *self.columns.items()):
             texts = values.dtype.kind in "OTU"
             shaped = (values.astype(object) if texts else values).reshape(tuple(over.values()))
-            variables[name] = (tuple(over), shaped, attributes_of(name))
+            variables[name] = (tuple(over), shaped, dict(self._attributes[name]))
         variables["status"][2]["flag_values"] = np.arange(len(STATUSES), dtype=np.int8)  # as netCDF has it
         attributes = {name: self.record[name] for name in ("design", "plica_version")}
-        attributes["scene"] = toml_text(self.record["scene"])
+        if "scene" in self.record:
+            attributes["scene"] = toml_text(self.record["scene"])
+        if "settings" in self.record:
+            attributes["settings"] = json.dumps(self.record["settings"])
         made = xarray.Dataset(variables, coordinates, attributes)
         return made if not self._waveforms else made.merge(self._waveform_set(over))
 
     def _axes(self) -> tuple[dict[str, int], dict[str, Any]]:
         """Dimensions with their lengths, and coordinates."""
         labels = {key: {"units": unit or "1", "long_name": key} for key, unit in self.units.items()}
+        for key in self.words:
+            del labels[key]["units"]
         if self.record["design"] != "grid":
-            columns = {key: ("case", self.values[:, k], labels[key]) for k, key in enumerate(self.keys)}
+            columns = {key: ("case", self.given(key), labels[key]) for key in self.keys}
             return {"case": len(self)}, {"case": np.arange(len(self)), **columns}
-        ends = {key: tuple(dict.fromkeys(self.values[:, k])) for k, key in enumerate(self.keys)}
+        ends = {key: tuple(dict.fromkeys(self.given(key))) for key in self.keys}
         return (
             {key: len(values) for key, values in ends.items()},
             {key: (key, np.array(values), labels[key]) for key, values in ends.items()},
@@ -202,15 +240,15 @@ class Sweep:
     def _table(self) -> dict[str, NDArray[Any]]:
         """The columns of cases.csv, by heading, in SI."""
         found: dict[str, NDArray[Any]] = {"case": np.arange(len(self))}
-        for k, key in enumerate(self.keys):
-            found[heading(key, self.units[key])] = self.values[:, k]
+        for key in self.keys:
+            found[heading(key, self.units[key])] = self.given(key)
         found["status"] = np.array(self.status)
         for name in (*_TEXTS[:1], *_NUMBERS, *_TEXTS[1:]):
-            found[heading(name, attributes_of(name).get("units", ""))] = self.columns[name]
+            found[heading(name, self._attributes[name].get("units", ""))] = self.columns[name]
         for name in self.measures:
             for column in (name, f"{name}_spread", f"{name}_uncertainty"):
                 if column in self.columns:
-                    found[heading(column, attributes_of(column).get("units", ""))] = self.columns[column]
+                    found[heading(column, self.unit(column))] = self.columns[column]
         return found
 
     def text(self, measures: tuple[str, ...] = ()) -> str:
@@ -224,10 +262,11 @@ class Sweep:
         columns = [["case", *(str(k) for k in range(len(self)))]]
         for k, key in enumerate(self.keys):
             factor, unit = shown_unit(self.units[key])
-            columns.append([heading(key, unit), *(f"{factor * value:.6g}" for value in self.values[:, k])])
+            told = self.given(key) if key in self.words else [f"{factor * v:.6g}" for v in self.values[:, k]]
+            columns.append([heading(key, unit), *map(str, told)])
         columns.append(["status", *self.status])
         for name in measures or self.main_measures:
-            factor, unit = quantity(name).people()
+            factor, unit = self.shown(name)
             shown = ("-" if np.isnan(value) else f"{factor * value:.5g}" for value in self.columns[name])
             columns.append([heading(name, unit), *shown])
         columns.append(["cautions", *(str(value) for value in self.columns["cautions"])])
@@ -241,6 +280,7 @@ class Sweep:
         """A case that is not in the store yet."""
         self._codes[result.case] = STATUSES.index(result.status)
         for name, (value,) in columns_of([result]).items():
+            self._attributes.setdefault(name, attributes_of(name, result.units))
             if name not in self.columns:
                 empty = "" if name in _TEXTS else 0 if name in _NUMBERS[1:] else np.nan
                 self.columns[name] = np.full(len(self), empty, dtype=object if name in _TEXTS else None)

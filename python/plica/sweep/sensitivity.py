@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from plica.errors import InvalidInput
-from plica.measures.catalogue import quantity
 from plica.measures.record import Floats
 from plica.storage.table import write_rows
 from plica.sweep.needed import needed
@@ -95,7 +94,7 @@ def indices(sweep: Sweep, measure: str) -> Indices:
         raise InvalidInput(
             f"{sweep.directory}: {measure} = {values[0]:g} in all cases; must differ to have indices."
         )
-    unit = "1" if design == "sobol" else quantity(measure).unit
+    unit = "1" if design == "sobol" else sweep.unit(measure)
     problem = {"num_vars": len(sweep.keys), "names": list(sweep.keys), "bounds": sweep.record["ranges"]}
     return Indices(measure, unit, indices_of(design, problem, sweep.values, np.asarray(values, dtype=float)))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -27,6 +27,7 @@ from plica.storage.npz import read_npz
 from plica.sweep.case import STATISTICS, CaseResult, Status
 from plica.sweep.needed import needed
 from plica.sweep.plan import Plan
+from plica.sweep.values import Values
 
 __all__ = [
     "CHUNK",
@@ -39,11 +40,14 @@ __all__ = [
     "pending",
     "read_plan",
     "stored_names",
+    "units_of",
     "waveform_name",
+    "worded",
 ]
 
 CHUNK = 256
 PLAN, RESULTS, PENDING = "plan.json", "results.zarr", "pending"
+_NONE: Mapping[str, str] = {}
 STATUSES: tuple[Status, ...] = get_args(Status)
 _AGAIN = "Delete the directory and run the sweep again"
 
@@ -110,12 +114,15 @@ class Store:
         plan = self.plan
         with storage_errors(self.directory):
             (self.directory / PENDING).mkdir(exist_ok=True)
-        plan.scene.save(self.directory / "scene.toml")
+        plan.subject.save(self.directory)
         group = open_results(self.directory, "w")
         with storage_errors(self.directory):
-            for k, key in enumerate(plan.keys):
-                made = _array(group, key.key, len(plan), np.float64, {"units": key.unit or "1"})
-                made[:] = plan.values[:, k]
+            for k, one in enumerate(plan.varied):
+                words = one.words if isinstance(one, Values) else ()
+                kind = str if words else np.float64
+                unit = {} if words else {"units": one.key.unit or "1"}
+                made = _array(group, one.key.key, len(plan), kind, unit)
+                made[:] = worded(plan.values[:, k], words)
             _array(group, "status", len(plan), np.int8, attributes_of("status"))
             group.attrs.update(coordinates=" ".join(key.key for key in plan.keys), title="plica sweep")
         write_json({**plan.record, "table": plan.values.tolist()}, self.directory / PLAN, guarded=True)
@@ -165,8 +172,10 @@ class Store:
                 )
             results.append(result)
         with storage_errors(self.directory / RESULTS):
+            units = units_of(results)
             for name, values in columns_of(results).items():
-                _written(self.group, name, len(self.plan), slice(begin, end), rows, values)
+                attributes = attributes_of(name, units)
+                _written(self.group, name, len(self.plan), slice(begin, end), rows, values, attributes)
             self._write_waveforms(results, slice(begin, end), rows)
             os.sync()  # before the status says that they are there
             self.group["status"][begin:end] = self.statuses[begin:end]
@@ -192,7 +201,8 @@ class Store:
             for k, result in enumerate(results):
                 if result.waveforms:
                     values[k] = result.waveforms[name]
-            _written(self.group, waveform_name(name), len(self.plan), part, rows, values)
+            stored = waveform_name(name)
+            _written(self.group, stored, len(self.plan), part, rows, values, attributes_of(stored))
 
     def retry(self) -> None:
         """Let the cases that have failed wait again."""
@@ -269,8 +279,19 @@ def column_name(measure: str, statistic: str) -> str:
     return measure if statistic == "value" else f"{measure}_{statistic}"
 
 
-def attributes_of(column: str) -> dict[str, Any]:
-    """Unit and name of a column, of measures from the catalogue, of waveforms as they are stored."""
+def units_of(results: list[CaseResult]) -> dict[str, str]:
+    """Units of measures that are not as in the catalogue."""
+    return {name: unit for result in results for name, unit in result.units.items()}
+
+
+def worded(values: NDArray[np.float64], words: Sequence[str]) -> NDArray[Any]:
+    """The words at these positions; the values themselves where there are no words."""
+    return np.array(words, dtype=object)[values.astype(int)] if words else values
+
+
+def attributes_of(column: str, units: Mapping[str, str] = _NONE) -> dict[str, Any]:
+    """Unit and name of a column, of measures from the catalogue unless `units` has them, of waveforms as they
+    are stored."""
     if column == "status":
         return {
             "flag_values": list(range(len(STATUSES))),
@@ -284,10 +305,12 @@ def attributes_of(column: str) -> dict[str, Any]:
         return {"units": waveform.unit, "long_name": waveform.meaning}
     for statistic in STATISTICS:
         name = column.removesuffix(f"_{statistic}") if statistic != "value" else column
-        if name in CATALOGUE and (statistic == "value" or name != column):
-            one = CATALOGUE[name]
+        if (name in CATALOGUE or name in units) and (statistic == "value" or name != column):
+            one = CATALOGUE.get(name)
             what = "" if statistic == "value" else f", {statistic}"
-            return {"units": one.unit, "long_name": f"{one.label}{what}"}
+            label = name if one is None else one.label
+            unit = units[name] if one is None or name in units else one.unit
+            return {"units": unit, "long_name": f"{label}{what}"}
     return {"units": "1"} if column == "cautions" else {}
 
 
@@ -315,12 +338,18 @@ def _array(
 
 
 def _written(
-    group: Any, name: str, cases: int, part: slice, rows: NDArray[np.intp], values: NDArray[Any]
+    group: Any,
+    name: str,
+    cases: int,
+    part: slice,
+    rows: NDArray[np.intp],
+    values: NDArray[Any],
+    attributes: dict[str, Any],
 ) -> None:
     """Write rows of a part of the cases, which is a chunk."""
     if name not in group:
         kind = str if values.dtype == object else values.dtype
-        _array(group, name, cases, kind, attributes_of(name), values.shape[1:])
+        _array(group, name, cases, kind, attributes, values.shape[1:])
     array = group[name]
     if len(rows) < part.stop - part.start:
         others = np.array(array[part])

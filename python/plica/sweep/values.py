@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, nearest, one_of
 from plica.scene.number_key import NumberKey
 from plica.scene.problems import value_text
+from plica.sweep.subject import ChoiceKey, Key
 from plica.units import read_quantity
 
 __all__ = ["Range", "Values", "read_values"]
@@ -22,10 +23,17 @@ _FORMS = '"0.4:1.2:9 kPa" (nine values), "1, 2, 4 kPa" (these) or "0.4:1.2 kPa" 
 
 @dataclass(frozen=True)
 class Values:
-    """A key and the values that it takes, in SI."""
+    """A key and the values that it takes, in SI; of a choice the words, and their positions among these."""
 
-    key: NumberKey
+    key: Key
     values: tuple[float, ...]
+    words: tuple[str, ...] = ()
+
+    @classmethod
+    def of_words(cls, key: ChoiceKey, given: Sequence[str]) -> Values:
+        """Words in the order in which they are given."""
+        words = tuple(dict.fromkeys(given))
+        return cls(key, tuple(float(words.index(word)) for word in given), words)
 
 
 @dataclass(frozen=True)
@@ -37,13 +45,16 @@ class Range:
     high: float
 
 
-def read_values(key: NumberKey, given: object, where: str) -> Values | Range:
-    """What is given for a key: a text (see the module docstring), or a list of numbers and quantities.
+def read_values(key: Key, given: object, where: str) -> Values | Range:
+    """What is given for a key: a text (see the module docstring), or a list of numbers and quantities; of a
+    choice its words.
 
     A unit at the end holds for all numbers before it that have none. Raises InvalidInput, beginning with
     `where` and the key.
     """
     what = f"{where}: {key.key} = {value_text(given)}"
+    if isinstance(key, ChoiceKey):
+        return Values.of_words(key, _words(key, given, what))
     if isinstance(given, (list, tuple)):
         return Values(key, _listed(key, given, what))
     if isinstance(given, (int, float)) and not isinstance(given, bool):
@@ -65,6 +76,20 @@ def read_values(key: NumberKey, given: object, where: str) -> Values | Range:
     begin, end = _listed(key, _with_unit([ends[0], f"{ends[1]} {unit}"], what), what, whole=False)
     steps = [Fraction(begin) + (Fraction(end) - Fraction(begin)) * k / (count - 1) for k in range(count)]
     return Values(key, _listed(key, [float(step) for step in steps], what))
+
+
+def _words(key: ChoiceKey, given: object, what: str) -> list[str]:
+    """Words of a choice: a list, or a text with commas; true and false stand for themselves."""
+    told = (
+        given.split(",") if isinstance(given, str) else given if isinstance(given, list | tuple) else [given]
+    )
+    words = [str(one).lower() if isinstance(one, bool) else str(one).strip() for one in told]
+    for word in words:
+        if word not in key.choices:
+            raise InvalidInput(f"{what}; each must be {one_of(key.choices)}.{nearest(word, key.choices)}")
+    if not words:
+        raise InvalidInput(f"{what}; must have a value.")
+    return words
 
 
 def _count(text: str, what: str) -> tuple[int, str]:

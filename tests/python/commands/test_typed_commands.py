@@ -139,7 +139,7 @@ PYTHON = {
         "not run: needs a trained network; video/glottis/test_network.py has such files",
     ),
     "docs/sound.md": ("sound/test_docs.py",),
-    "docs/sweeps.md": ("sweep/test_docs.py",),
+    "docs/sweeps.md": ("sweep/test_docs.py", "sweep/test_docs.py"),
     "docs/uncertainty.md": ("here",),
     "docs/view.md": ("viewer/test_view.py",),
 }

@@ -33,7 +33,7 @@ _MAY_IMPORT = {
     "plica.larynx_fit": _BASE | _SHARED | {"plica.camera", "plica.films", "plica.scene", "plica.video"},
     "plica.stability": _BASE | _SHARED | {"plica.runs", "plica.scene"},
     "plica.uncertainty": _BASE | _SHARED | _ABOVE_A_RUN,
-    "plica.sweep": _BASE | _SHARED | _ABOVE_A_RUN,
+    "plica.sweep": _BASE | _SHARED | _ABOVE_A_RUN | {"plica.identify", "plica.video"},
     "plica.identify": _BASE | _SHARED | {"plica.camera", "plica.runs", "plica.scene", "plica.video"},
 }
 _FLOORS = {

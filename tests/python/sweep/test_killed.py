@@ -12,12 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import distributed
+import numpy as np
 import psutil
 import pytest
 
 import plica
 from plica.sweep import Plan, Sweep
 from plica.sweep import run as sweep
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from sweeps import E, assert_equal, in_pending
 
 _CASES = 12
@@ -31,9 +33,22 @@ def scene(bar: plica.Scene, tmp_path: Path) -> Path:
     return path
 
 
-def _start(scene: Path, directory: Path, cases: int = _CASES, **environment: str) -> subprocess.Popen[str]:
-    vary = f"{E}=10:20:{cases} kPa"
-    command = [sys.executable, "-m", "plica.commands.main", "sweep", str(scene), "--vary", vary]
+@pytest.fixture
+def study(tmp_path: Path) -> Path:
+    """Of a recording that is turned: a case takes some tenths of a second, too."""
+    drawn = Synthetic(height=56, width=48, frames=44, frequency=0.1, amplitude=(6, 5), opening=(2, 2))
+    np.save(tmp_path / "anna.npy", SyntheticGlottis(drawn).stack())
+    path = tmp_path / "study.toml"
+    path.write_text(
+        'recordings = ["anna.npy"]\nuntil = "glottis"\n[settings]\nfps = 4000\ncorrect_drift = false\n'
+        f'[vary]\nrotation = "0:11:{_CASES} deg"\n'
+    )
+    return path
+
+
+def _start(source: Path, directory: Path, cases: int = _CASES, **environment: str) -> subprocess.Popen[str]:
+    varied = [] if source.name == "study.toml" else ["--vary", f"{E}=10:20:{cases} kPa"]
+    command = [sys.executable, "-m", "plica.commands.main", "sweep", str(source), *varied]
     return subprocess.Popen(
         [*command, "-o", str(directory), "--workers", "2"],
         stdout=subprocess.PIPE,
@@ -72,9 +87,13 @@ def _reference(scene: Path, directory: Path) -> Sweep:
 
 
 @pytest.mark.slow
-def test_killed_workers_and_a_killed_driver_change_nothing(scene: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("of", ["scene", "study"])
+def test_killed_workers_and_a_killed_driver_change_nothing(
+    of: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    source: Path = request.getfixturevalue(of)
     directory = tmp_path / "killed"
-    driver = _start(scene, directory)
+    driver = _start(source, directory)
     for cases in (1, 3):  # each time the first of the workers
         _until(lambda cases=cases: _ended(directory) >= cases and len(_workers(driver.pid)) == 2)
         _workers(driver.pid)[0].kill()
@@ -88,12 +107,12 @@ def test_killed_workers_and_a_killed_driver_change_nothing(scene: Path, tmp_path
     assert [one for one in workers if one.is_running()] == []
     assert 0 < Sweep.load(directory).counts["done"] < _CASES
 
-    again = _start(scene, directory)
+    again = _start(source, directory)
     _, said = again.communicate()
     assert again.returncode == 0, said
     found = Sweep.load(directory)
     assert found.counts["done"] == _CASES
-    assert_equal(found, _reference(scene, tmp_path / "whole"))
+    assert_equal(found, _reference(source, tmp_path / "whole"))
 
 
 @pytest.mark.slow

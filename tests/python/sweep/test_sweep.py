@@ -15,9 +15,10 @@ import plica
 from plica.measures.catalogue import CATALOGUE
 from plica.runs.build import build_simulation
 from plica.storage.files import only_writer
-from plica.sweep import Plan, Sweep, case, driver, store
+from plica.sweep import Plan, Sweep, driver, scene_cases, store
 from plica.sweep import run as sweep
 from plica.sweep.case import CaseResult, Task, run_case
+from plica.sweep.scene_cases import SceneCases
 from sweeps import NU, E, assert_equal, in_pending
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -25,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("here")
 
 def _task(scene: plica.Scene, **given: Any) -> Task:
     fields = {"case": 0, "digest": "x", "changes": {}, "waveforms": (), "version": plica.__version__}
-    return Task(scene=scene, **{**fields, **given})
+    return Task(subject=SceneCases(scene), **{**fields, **given})
 
 
 @pytest.mark.parametrize("name", ["bar", "phonating"])
@@ -93,7 +94,7 @@ def test_a_case_that_fails_leaves_the_others(
             raise error
         return build_simulation(scene, *given, **named)
 
-    monkeypatch.setattr(case, "build_simulation", failing)
+    monkeypatch.setattr(scene_cases, "build_simulation", failing)
     found = sweep(plan, tmp_path, progress=False)
     assert found.status == [*["done", "failed"] * 3, "done", "done", "refused", "refused"]
     assert [message for _, status, message in found.without_result if status == "failed"] == [
@@ -118,7 +119,7 @@ def test_failed_cases_are_computed_again_if_asked_for(
 
     directory = tmp_path / "again"
     with monkeypatch.context() as patched:
-        patched.setattr(case, "build_simulation", failing)
+        patched.setattr(scene_cases, "build_simulation", failing)
         found = sweep(plan, directory, first=7, progress=False)
         assert [number for number, status, _ in found.without_result] == [1, 3, 6]
         again = sweep(plan, directory, first=7, retry=True, progress=False)
