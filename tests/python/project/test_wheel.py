@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.machinery
 import importlib.util
+import os
 import re
 import shutil
 import subprocess
@@ -49,8 +50,12 @@ def test_a_wheel_for_newer_systems_alone_is_refused(script: ModuleType, name: st
 
 @pytest.mark.slow
 def test_a_wheel_runs_where_there_is_python_alone_and_asks_for_nothing_but_an_old_glibc() -> None:
-    if shutil.which("apt-get") is None or not _TOOLS.exists():
-        pytest.skip("needs apt-get and Zig, which the first 'make wheel' fetches")
+    if shutil.which("apt-get") is None:
+        pytest.skip("needs apt-get, for Debian's Python and headers")
+    if not (_TOOLS.exists() or os.environ.get("PLICA_WHEEL")):
+        pytest.skip(
+            "needs Zig, which 'make wheel' fetches, or PLICA_WHEEL=1, as .ci/run sets it, to fetch it here"
+        )
     made = subprocess.run([ROOT / ".ci" / "wheel", "bookworm"], capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr
     passed = re.search(r"^(\d+) of (\d+) pass", made.stdout, re.MULTILINE)
