@@ -2,11 +2,14 @@
 # make test   the fast half of the tests: exact properties, rates, second algorithms, every command once
 # make check  all tests; begins with make test
 # make docs   the documentation as a site, with the tutorials run
+# make wheel  wheels that run on any Linux of the last years, each proved where there is Python alone
 # Each sets up what is missing (Debian packages, a virtual environment, the build) and is quick when
-# repeated. Variables: PYTHON (3.11 or later), DEMO_SCENE, DEMO_DIR, PYTEST_ARGS.
+# repeated. Variables: PYTHON (3.11 or later), DEMO_SCENE, DEMO_DIR, PYTEST_ARGS, WHEELS.
 PYTHON ?= python3
 DEMO_SCENE ?= examples/speaking.toml
 DEMO_DIR ?= runs/demo
+# Debian's releases with the Pythons that wheels are for: 3.11 and 3.13.
+WHEELS ?= bookworm trixie
 PYTEST_ARGS ?= --numprocesses auto --dist loadfile
 
 BUILD := build/release
@@ -18,7 +21,7 @@ LAUNCHER = $(if $(shell command -v ccache),-Ccmake.define.CMAKE_CXX_COMPILER_LAU
 ENGINE_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/* examples/*) \
   $(shell find cpp python/bindings -name '*.[ch]pp' -o -name CMakeLists.txt)
 
-.PHONY: help build demo test test-cpp test-python check test-slow stub docs tables bench-peers format clean FORCE
+.PHONY: help build demo test test-cpp test-python check test-slow stub docs wheel tables bench-peers format clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -84,6 +87,10 @@ docs: build
 	@$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html docs build/docs/html
 	@echo "docs: $(CURDIR)/build/docs/html/index.html"
 
+# In dist/; what it stands on is in build/wheel.
+wheel:
+	@$(PYTHON) .ci/wheel $(WHEELS)
+
 # The tables of all records of docs, as Markdown and as CSV.
 tables: build
 	@$(BIN)/python -m benchmarks tables
@@ -98,4 +105,4 @@ format: build
 	@$(BIN)/ruff check --quiet --fix python tests benchmarks examples
 
 clean:
-	rm -rf build build-sanitize $(VENV) .venv-peers
+	rm -rf build build-sanitize dist $(VENV) .venv-peers

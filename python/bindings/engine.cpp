@@ -4,6 +4,7 @@
 
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
+#include "plica/core/versions.hpp"
 #include "plica/solve/factorization.hpp"
 
 namespace py = pybind11;
@@ -12,12 +13,30 @@ namespace {
 
 std::string compiler() {
 #if defined(__clang__)
-  return "Clang " __clang_version__;
+  return "Clang " + std::to_string(__clang_major__) + "." + std::to_string(__clang_minor__) + "." +
+         std::to_string(__clang_patchlevel__);
 #elif defined(__GNUC__)
   return "GCC " __VERSION__;
 #else
   return "unknown";
 #endif
+}
+
+std::string standard_library() {
+#if defined(_LIBCPP_VERSION)
+  return "libc++ " + std::to_string(_LIBCPP_VERSION / 10000);
+#elif defined(_GLIBCXX_RELEASE)
+  return "libstdc++ " + std::to_string(_GLIBCXX_RELEASE);
+#else
+  return "unknown";
+#endif
+}
+
+/// The version of its kernels that this processor takes (core/versions.hpp).
+std::string kernels() {
+  if (plica::takes_largest()) return "AVX-512 with FMA";
+  if (plica::takes_fused()) return "AVX2 with FMA";
+  return plica::takes_wide() ? "AVX2" : "any processor";
 }
 
 /// What this build contains; parts that are not in it are listed as absent.
@@ -44,7 +63,9 @@ py::dict build_info() {
   py::dict info;
   info["version"] = PLICA_VERSION;
   info["compiler"] = compiler();
+  info["standard_library"] = standard_library();
   info["backend"] = plica::Factorization::backend();
+  info["kernels"] = kernels();
 #ifdef PLICA_IS_GPL
   info["gpl"] = true;
 #else

@@ -20,34 +20,11 @@
 
 namespace plica {
 
-/// Whether this processor takes what is compiled as PLICA_WIDE.
-inline bool takes_wide() {
-#if defined(__x86_64__) && defined(__GNUC__)
-  __builtin_cpu_init();
-  return __builtin_cpu_supports("avx2");
-#else
-  return false;
-#endif
-}
-
-/// Whether it takes what is compiled as PLICA_FUSED.
-inline bool takes_fused() {
-#if defined(__x86_64__) && defined(__GNUC__)
-  return takes_wide() && __builtin_cpu_supports("fma");
-#else
-  return false;
-#endif
-}
-
-/// Whether it takes what is compiled as PLICA_LARGEST.
-inline bool takes_largest() {
-#if defined(__x86_64__) && defined(__GNUC__)
-  return takes_fused() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-         __builtin_cpu_supports("avx512dq");
-#else
-  return false;
-#endif
-}
+/// Whether this processor takes what is compiled as PLICA_WIDE, PLICA_FUSED, PLICA_LARGEST; each only with those
+/// before.
+bool takes_wide();
+bool takes_fused();
+bool takes_largest();
 
 }  // namespace plica
 

@@ -22,11 +22,22 @@ examples:
   plica info --licences
 """
 
-_ENGINE = {"Eigen": "MPL-2.0", "pybind11": "BSD-3-Clause", "CGAL (kernel)": "LGPL-3.0-or-later"}
+_ENGINE = {
+    "Eigen": "MPL-2.0",
+    "pybind11": "BSD-3-Clause",
+    "CGAL (kernel)": "LGPL-3.0-or-later",
+    "Boost": "BSL-1.0",
+}
 """What is compiled into the engine; headers alone (docs/dependencies.md)."""
 
 _ENGINE_GPL = {"CGAL (triangulations)": "GPL-3.0-or-later", "SuiteSparse CHOLMOD": "GPL-2.0-or-later"}
 """Likewise, with PLICA_GPL=ON."""
+
+_ENGINE_LIBCXX = {
+    "LLVM libc++, libc++abi, libunwind": "Apache-2.0 WITH LLVM-exception",
+    "Zig compiler_rt": "MIT",
+}
+"""Likewise, in the wheels of `make wheel`, which take no C++ run time from the system."""
 
 _IN_PAGES = {"three.js": "MIT", "uPlot": "MIT"}
 """What the pages of `plica view` contain (viewer/vendor/licences.txt)."""
@@ -53,7 +64,11 @@ def _info(options: argparse.Namespace) -> int:
     info = plica.build_info()
     licence = "GPL-3.0-or-later (it contains parts under the GPL)" if info["gpl"] else "BSD-3-Clause"
     rows = {"plica": info["version"], "licence of this build": licence}
-    rows |= {name: _plain(value) for name, value in info.items() if name not in {"version", "gpl"}}
+    rows |= {
+        name.replace("_", " "): _plain(value)
+        for name, value in info.items()
+        if name not in {"version", "gpl"}
+    }
     if "meshing" in info["absent"]:
         rows["meshing is for"] = "contact between any two meshes; built by PLICA_GPL=ON pip install ."
     rows["python"] = sys.version.split()[0]
@@ -63,7 +78,8 @@ def _info(options: argparse.Namespace) -> int:
     _show(rows)
     if options.licences:
         print("\nCompiled into the engine")
-        _show(_ENGINE | (_ENGINE_GPL if info["gpl"] else {}))
+        own_run_time = info["standard_library"].startswith("libc++")
+        _show(_ENGINE | (_ENGINE_GPL if info["gpl"] else {}) | (_ENGINE_LIBCXX if own_run_time else {}))
         print("\nIn the pages of plica view")
         _show(_IN_PAGES)
         for extra, names in _installed().items():

@@ -32,7 +32,11 @@ def test_a_wheel_with_parts_under_the_gpl_is_labelled_so(
     made = build.prepare_metadata_for_build_wheel(str(tmp_path))
     text = Parser().parsestr((tmp_path / made / "METADATA").read_text(encoding="utf-8"))
     assert text["License-Expression"] == label
-    assert text.get_all("License-File") == ["LICENSE", "python/plica/viewer/vendor/licences.txt"]
+    assert text.get_all("License-File") == [
+        "LICENSE",
+        "python/bindings/licences.txt",
+        "python/plica/viewer/vendor/licences.txt",
+    ]
 
 
 def test_parts_under_the_gpl_are_all_that_the_setting_changes(monkeypatch: pytest.MonkeyPatch) -> None:
