@@ -4,8 +4,8 @@
     python -m benchmarks.validation.rankings --alone   # one parameter at a time: record `rankings_alone`
 
 The woman's voice on the mesh `coarse`, a quarter, steps of 100 us, with lungs, trachea and tract. Varied,
-evenly over `RANGES`: pressure, gap, angle and height of the medial surface, stiffness of all layers across the
-fibre (E) and along it (E_fibre and mu_fibre), as factors of the preset's. Poisson's ratio across follows, so
+evenly over `RANGES`: pressure, gap, angle and height of the medial surface, stiffness of all layers across
+the fibre (E) and along it (E_fibre and mu_fibre), as factors of the preset's. Poisson's ratio follows, so
 that the bulk modulus stays in proportion to E. The threshold is that of linear stability, which does not know
 the pressure; where there is none up to 2 kPa, or up to where the folds touch, it ranks above all others.
 """
@@ -55,7 +55,7 @@ PUBLISHED = {
     "inferior edge leads": "thickness",
     "SPL at 0.3 m": "pressure",
 }
-"""Zhang (2016), doi 10.1121/1.4944754, by its abstract; threshold, flow, contact of the 216,000 second hand."""
+"""Zhang (2016), doi 10.1121/1.4944754, by its abstract; threshold, flow, contact second hand."""
 VOICE = [*RANGES, *MEASURES.values(), "threshold's f0 (Hz)", "said"]
 DURATION, FROM = 0.13, 0.07  # s
 
