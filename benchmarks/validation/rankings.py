@@ -8,6 +8,7 @@ evenly over `RANGES`: pressure, gap, angle and height of the medial surface, sti
 the fibre (E) and along it (E_fibre and mu_fibre), as factors of the preset's. Poisson's ratio follows, so
 that the bulk modulus stays in proportion to E. The threshold is that of linear stability, which does not know
 the pressure; where there is none up to 2 kPa, or up to where the folds touch, it ranks above all others.
+What does not vibrate, or whose flow never falls below half its peak, is no voice and has no other measures.
 """
 
 from __future__ import annotations
@@ -56,8 +57,9 @@ PUBLISHED = {
     "SPL at 0.3 m": "pressure",
 }
 """Zhang (2016), doi 10.1121/1.4944754, by its abstract; threshold, flow, contact second hand."""
-VOICE = [*RANGES, *MEASURES.values(), "threshold's f0 (Hz)", "said"]
+VOICE = [*RANGES, *MEASURES.values(), "least flow (ml/s)", "threshold's f0 (Hz)", "said"]
 DURATION, FROM = 0.13, 0.07  # s
+DEEP = 0.5  # of the peak flow: what does not fall below is no voice
 
 
 def centre() -> dict[str, float]:
@@ -97,10 +99,14 @@ def scene_of(place: Mapping[str, float]) -> plica.Scene:
 
 def voice(place: Mapping[str, float]) -> list[object]:
     """A row of `VOICE`."""
-    scene = scene_of(place)
-    found = threshold(scene)
+    where = [round(place[key], 4) for key in RANGES]
+    try:
+        scene = scene_of(place)
+        found = threshold(scene)
+    except plica.SceneError as error:
+        return [*where, *[None] * (len(MEASURES) + 2), f"refused: {error}"[:120]]
     told: list[str] = []
-    shown: list[object] = [None] * (len(MEASURES) - 1)
+    shown: list[object] = [None] * len(MEASURES)
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -108,33 +114,36 @@ def voice(place: Mapping[str, float]) -> list[object]:
         except plica.SolveFailed as error:
             told.append(str(error).splitlines()[0][:120])
         else:
-            measures = run.measures
-            silent = run.cycles.count < 3 or run.cycles.verdict in ("decaying", "ended")
-            told += ["silent"] if silent else []
-
-            def value(name: str, factor: float) -> float | None:
-                one = measures[name].value if name in measures else None
-                return None if one is None or silent else round(factor * one, 4)
-
-            quotient = value("open_quotient", 1.0)
-            shown = [
-                value("fundamental_frequency", 1.0),
-                value("peak_flow", 1e6),
-                value("peak_contact_pressure", 1e-3)
-                if np.any(run["contact_rows"])
-                else 0.0
-                if not silent
-                else None,
-                None if quotient is None else round(1 - quotient, 4),
-                value("flow_h1_h2", 1.0),
-                value("vertical_phase_difference", 180 / np.pi),
-                value("sound_pressure_level", 1.0),
-            ]
+            least, most = float(np.min(run["flow"])), float(np.max(run["flow"]))
+            settled = run.cycles.count >= 3 and run.cycles.verdict not in ("decaying", "ended")
+            if settled and least < DEEP * most:
+                shown = [*heard(run), round(1e6 * least, 2)]
+            else:
+                told.append("no voice")
     if found.end and found.pressure is None:
         told.append(f"threshold: {found.end} at {found.reached:.0f} Pa")
     pressure = None if found.pressure is None else round(found.pressure, 1)
     frequency = None if found.frequency is None else round(found.frequency, 1)
-    return [*(round(place[key], 4) for key in RANGES), pressure, *shown, frequency, "; ".join(told)]
+    return [*where, pressure, *shown, frequency, "; ".join(told)]
+
+
+def heard(run: Any) -> list[float | None]:
+    """The measures, but for the threshold."""
+
+    def value(name: str, factor: float) -> float | None:
+        one = run.measures[name].value if name in run.measures else None
+        return None if one is None else round(factor * one, 4)
+
+    quotient = value("open_quotient", 1.0)
+    return [
+        value("fundamental_frequency", 1.0),
+        value("peak_flow", 1e6),
+        value("peak_contact_pressure", 1e-3) if np.any(run["contact_rows"]) else 0.0,
+        None if quotient is None else round(1 - quotient, 4),
+        value("flow_h1_h2", 1.0),
+        value("vertical_phase_difference", 180 / np.pi),
+        value("sound_pressure_level", 1.0),
+    ]
 
 
 def places(count: int, seed: int) -> list[dict[str, float]]:
@@ -148,10 +157,11 @@ def rankings(rows: list[list[Any]]) -> Iterator[list[object]]:
     """A row for each measure and parameter, those of a measure by the size of their coefficients."""
     x = np.array([row[: len(RANGES)] for row in rows], dtype=float)
     for name, column in MEASURES.items():
-        y = np.array([row[VOICE.index(column)] for row in rows], dtype=float)
+        found_there = (row[VOICE.index(column)] for row in rows)
+        y = np.array([one if isinstance(one, float) else np.nan for one in found_there])
         if name == "threshold":
-            y[np.isnan(y)] = np.inf
-            y = np.where(np.isinf(y), 2 * np.nanmax(np.where(np.isinf(y), np.nan, y)), y)
+            made = np.array([not str(row[-1]).startswith("refused") for row in rows])
+            y[made & np.isnan(y)] = 2 * np.nanmax(y)
         found = ranking(x, y)
         for k in np.argsort(-np.abs(found.coefficients)):
             yield [

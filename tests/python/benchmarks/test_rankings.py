@@ -72,8 +72,8 @@ def test_stiffer_tissue_is_as_compressible_as_the_preset(across: float, along: f
     place = rankings.centre() | {"E across": across, "E along": along}
     preset = plica.Scene.of_voice("female").tissue
     for layer, tissue in rankings.scene_of(place).tissue.items():
-        assert tissue.E / preset[layer].E == pytest.approx(across)
-        assert tissue.E_fibre / preset[layer].E_fibre == pytest.approx(along)
+        factors = [getattr(tissue, name) / getattr(preset[layer], name) for name in ("E", "E_fibre")]
+        assert factors == pytest.approx([across, along])
         assert compressibility(tissue) == pytest.approx(compressibility(preset[layer]))
 
 
