@@ -1,7 +1,7 @@
 """What a voice's measures follow, in a Latin hypercube of voices, beside Zhang's ranking of 216,000.
 
     python -m benchmarks.validation.rankings           # records `rankings_voices` and `rankings`
-    python -m benchmarks.validation.rankings --alone   # one parameter at a time: record `rankings_alone`
+    python -m benchmarks.validation.rankings --alone   # modes and thresholds, one at a time: `rankings_alone`
 
 The woman's voice on the mesh `coarse`, a quarter, steps of 100 us, with lungs, trachea and tract. Varied,
 evenly over `RANGES`: pressure, gap, angle and height of the medial surface, stiffness of all layers across
@@ -176,12 +176,24 @@ def rankings(rows: list[list[Any]]) -> Iterator[list[object]]:
             ]
 
 
+ALONE = [
+    "varied",
+    "value",
+    "lowest modes without air (Hz)",
+    "threshold",
+    "threshold, air without friction",
+]
+
+
 def alone() -> Iterator[list[object]]:
-    """The preset, and each parameter at both ends of its range."""
-    yield ["the preset", *voice(centre())]
-    for name, ends in RANGES.items():
-        for end in ends:
-            yield [name.split(" (")[0], *voice(centre() | {name: end})]
+    """The preset, each parameter at both ends of its range, and far stiffer fibres."""
+    frictionless = {"airflow.model": {"viscous_slit": {"air_viscosity": 0.0}}}
+    cases = [(name, end) for name, ends in RANGES.items() if name != "pressure (kPa)" for end in ends]
+    for name, end in [("the preset", None), *cases, ("E along", 8.0)]:
+        scene = scene_of(centre() if end is None else centre() | {name: end})
+        modes = ", ".join(f"{one:.0f}" for one in plica.eigenmodes(scene, 2).frequency)
+        without = threshold(scene.replace(frictionless))
+        yield [name, "" if end is None else f"{end:g}", modes, threshold(scene).text, without.text]
 
 
 if __name__ == "__main__":
@@ -193,7 +205,7 @@ if __name__ == "__main__":
     os.nice(10)
     plica.set_threads(1)
     if chosen.alone:
-        record("rankings_alone", ["varied", *VOICE], alone())
+        record("rankings_alone", ALONE, alone())
     else:
         made = record(
             "rankings_voices", VOICE, (voice(place) for place in places(chosen.voices, chosen.seed))
