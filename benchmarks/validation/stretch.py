@@ -4,8 +4,7 @@
     python -m benchmarks.validation.stretch replicas    # record `stretched_replicas`
     python -m benchmarks.validation.stretch fibres      # record `fibre_larynx`
 
-People: the man's voice on `demo` and the woman's on `coarse`, `stiffening = 3` in all layers, beside the
-string law of Titze, Riede and Mau (2016), f0 = sqrt(A exp(B eps) / rho) / (2 L0 (1 + eps)), A = 4.0 kPa,
+People: voices of people on `coarse`, steps of 100 us, `stiffening = 3` in all layers, beside the string law of Titze, Riede and Mau (2016), f0 = sqrt(A exp(B eps) / rho) / (2 L0 (1 + eps)), A = 4.0 kPa,
 B = 9.4, L0 = 16 mm (men) and 5.5 kPa, 7.6, 10 mm (women), second hand. Replicas and fibres: the static shape
 M5, 17 mm long, a gap of 0.3 mm, silicone of 1030 kg/m^3 and Poisson's ratio 0.45, half a metre of tube below,
 damping ratio 0.06 in onsets. Replicas are of one layer, 7 kPa, linear or with fibres that stiffen; fibres lie
@@ -99,7 +98,7 @@ def people(voices: list[str]) -> Iterator[list[object]]:
         base = plica.Scene.of_voice(voice).replace(
             {f"tissue.{layer}.stiffening": 3.0 for layer in LAYERS}
             | {
-                "mesh.larynx": "demo" if voice == "male" else "coarse",
+                "mesh.larynx": "coarse",
                 "time.step": 1e-4,
                 "time.duration": 0.14,
                 "output": None,
