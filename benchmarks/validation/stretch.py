@@ -6,11 +6,12 @@
 
 People: voices on `coarse`, steps of 100 us, `stiffening = 3` in all layers, the frame contracting as the
 tissue does (0.45), beside the string law of Titze, Riede and Mau (2016), f0 = sqrt(A exp(B eps) / rho) /
-(2 L0 (1 + eps)), A = 4.0 kPa, B = 9.4, L0 = 16 mm (men) and 5.5 kPa, 7.6, 10 mm (women), second hand. Replicas
-and fibres: the static shape M5, 17 mm long, a gap of 0.3 mm, silicone of 1030 kg/m^3 and Poisson's ratio 0.45,
-half a metre of tube below, damping ratio 0.06 in onsets. Replicas are of one layer, 7 kPa, linear or with
-fibres that stiffen; fibres lie in a cover of 2 mm and 3 kPa on a body of 8 kPa and pull, at next to no
-elongation.
+(2 L0 (1 + eps)), A = 4.0 kPa, B = 9.4, L0 = 16 mm (men) and 5.5 kPa, 7.6, 10 mm (women), second hand.
+
+Replicas and fibres: the static shape M5, 17 mm long, a gap of 0.3 mm, silicone of 1030 kg/m^3 and Poisson's
+ratio 0.45, half a metre of tube below, damping ratio 0.06 in onsets. Replicas are of one layer, 7 kPa, linear
+or with fibres that stiffen; fibres lie in a cover of 2 mm and 3 kPa on a body of 8 kPa and pull, at next to
+no elongation.
 """
 
 from __future__ import annotations
