@@ -1,7 +1,7 @@
-"""Thresholds of phonation of many scenes: the lowest pressure at which a small oscillation grows.
+"""Thresholds of phonation of many scenes: a pressure above which a small oscillation grows.
 
-What `plica.onset` finds, at a third of its cost: pressures rise by a quarter each until an oscillation grows,
-then the crossing is bisected; there is no look at what happens between them, nor above.
+A crossing of `plica.onset`, at a third of its cost: pressures rise by a quarter each until an oscillation
+grows, then the crossing is bisected. A narrow window of growth below it is not seen; `plica.onset` finds it.
 """
 
 from __future__ import annotations
