@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from plica.commands.arguments import add_command
-from plica.commands.output import print_error
+from plica.commands.output import print_cautions, print_error
 
 __all__ = ["add_commands"]
 
@@ -86,6 +86,7 @@ def _in(options: argparse.Namespace) -> int:
     from plica.sound.voice import sound, sound_level
 
     scene, areas = plica.Scene.load(options.scene), read_areas(options.source)
+    print_cautions(areas.doubts)
     found = driven_flow(scene, areas)
     write_series(options.output, found.time, {"area": areas.narrowest, **found.waveforms}, scene)
     print(

@@ -35,6 +35,8 @@ SERIES = (
 _DISPLACED = ("displaced_below", "displaced_above")
 _PLACES = ("section_area", "section_pressure", "coronal_right", "coronal_left")
 _EVEN = 1e-3  # of a step
+_NARROW, _WIDE = 0.1, 300.0  # mm^2, of the widest opening of a glottis
+_SLOW = 1e-3  # s, the longest step in which a period is seen
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,23 @@ class Areas:
     narrowest: Floats
     sections: Floats | None = None
     displaced: Floats | None = None
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What areas of people and times of a voice are not, with values and units."""
+        widest = 1e6 * float(self.narrowest.max())
+        found = []
+        if not _NARROW <= widest <= _WIDE:
+            found.append(
+                f"The widest of the areas is {widest:.4g} mm^2; in people it is some 5 to 30 mm^2 in "
+                "speech and 100 to 200 mm^2 in breathing. Is the unit right?"
+            )
+        if self.step > _SLOW:
+            found.append(
+                f"Times are {1e3 * self.step:.4g} ms apart; a period of a voice has 2 to 15 ms. "
+                "Is the unit right?"
+            )
+        return tuple(found)
 
     @property
     def step(self) -> float:

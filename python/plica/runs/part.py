@@ -130,7 +130,7 @@ class RunPart:
         return self.run.failure
 
     @property
-    def vocal_tract(self) -> TractResponse | None:
+    def vocal_tract(self) -> TractResponse | str | None:
         """That of the run."""
         return self.run.vocal_tract
 

@@ -330,12 +330,12 @@ class Run(Mapping[str, NDArray[Any]]):
             return found
 
     @cached_property
-    def vocal_tract(self) -> TractResponse | None:
-        """What its vocal tract does to the flow that enters it, with its formants; None without one."""
-        from plica.runs.tubes import tract_response
+    def vocal_tract(self) -> TractResponse | str | None:
+        """What its vocal tract does to the flow that enters it, with its formants; why that is not known;
+        None without one."""
+        from plica.runs.tubes import known_tract
 
-        tract, airflow = self.scene.tract, self.scene.airflow
-        return None if tract is None or airflow is None else tract_response(tract, airflow)
+        return known_tract(self.scene)
 
     @property
     def versions(self) -> dict[str, str]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from plica import _engine
+from plica.errors import InvalidInput
 from plica.measures.formants import Formant, TractResponse
 from plica.measures.record import Floats
 from plica.runs.options import engine_options
@@ -14,7 +16,10 @@ from plica.scene.parts import Airflow
 from plica.scene.scene import Scene
 from plica.scene.tubes import Trachea, Tract
 
-__all__ = ["tract_formants", "tract_response", "tubes_of"]
+__all__ = ["known_tract", "tract_formants", "tract_response", "tubes_of"]
+
+_ELEMENT = 4e-3  # m, the longest element of a tube in the engine
+_MOST = 500  # elements whose resonances are found: 2 m, in some 2 s, with the third power of their number
 
 
 def tubes_of(scene: Scene) -> dict[str, _engine.Tube]:
@@ -73,6 +78,32 @@ def _outflow(tract: Tract, rates: Floats) -> Floats:
     return found
 
 
+def _elements(tract: Tract) -> int:
+    return sum(math.ceil(length / _ELEMENT * (1 - 1e-12)) for length in tract.profile[0])
+
+
+def known_tract(scene: Scene) -> TractResponse | str | None:
+    """What a scene's vocal tract does to the flow that enters it; why it is not known; None without one."""
+    if scene.tract is None or scene.airflow is None:
+        return None
+    if (count := _elements(scene.tract)) > _MOST:
+        return (
+            f"the tract has {count} elements; resonances are found of at most {_MOST}, 2 m in parts of 4 mm"
+        )
+    return tract_response(scene.tract, scene.airflow)
+
+
 def tract_formants(tract: Tract, airflow: Airflow, highest: float = 5000.0) -> tuple[Formant, ...]:
-    """The formants of a vocal tract over a closed glottis, up to this frequency (Hz)."""
+    """The formants of a vocal tract over a closed glottis, up to this frequency (Hz).
+
+    Raises
+    ------
+    InvalidInput
+        For a tract of more than 500 elements.
+    """
+    if (count := _elements(tract)) > _MOST:
+        raise InvalidInput(
+            f"tract: has {count} elements of at most 4 mm; must have at most {_MOST} for its formants. "
+            "Shorten it, or give it fewer parts."
+        )
     return tract_response(tract, airflow).formants(highest)

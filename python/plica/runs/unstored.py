@@ -18,7 +18,7 @@ from plica.measures.record import Array
 from plica.measures.run.cautions import cautions
 from plica.measures.run.measure import measure, steady_cycles
 from plica.runs.example_bounds import example_bounds
-from plica.runs.tubes import tract_response
+from plica.runs.tubes import known_tract
 from plica.scene.plausibility import scene_cautions
 from plica.scene.scene import Scene
 
@@ -73,10 +73,9 @@ class UnstoredRun:
         return scene_cautions(self.scene, self.mesh)
 
     @cached_property
-    def vocal_tract(self) -> TractResponse | None:
+    def vocal_tract(self) -> TractResponse | str | None:
         """As of `Run`."""
-        tract, airflow = self.scene.tract, self.scene.airflow
-        return None if tract is None or airflow is None else tract_response(tract, airflow)
+        return known_tract(self.scene)
 
     @cached_property
     def cycles(self) -> Cycles:

@@ -16,6 +16,7 @@ from interrupted_runs import longer
 from plica.commands.main import main
 from plica.exchange.driven_flow import driven_flow
 from plica.exchange.files import Areas, read_areas, write_run
+from repository import ROOT
 
 STEP = 5e-5
 TUBES: dict[str, Any] = {
@@ -173,3 +174,30 @@ def test_bad_input_is_one_sentence(
         file["time"], file["section_area"] = STEP * np.arange(4), np.full((4, 7), 1e-6)
     assert sentence in refused(["exchange", *arguments], capsys)
     assert not Path("f.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("widest", "step", "doubts"),
+    [
+        (20e-6, 5e-5, []),
+        (20e-6, 5e-2, ["50 ms apart"]),
+        (20.0, 5e-5, ["2e+07 mm^2"]),
+        (20e-12, 5e-5, ["2e-05 mm^2"]),
+        (20e-4, 2e-3, ["2000 mm^2", "2 ms apart"]),
+    ],
+)
+def test_areas_and_times_of_no_voice_are_doubted(widest: float, step: float, doubts: list[str]) -> None:
+    time = step * np.arange(100)
+    found = Areas(time, widest * np.linspace(0, 1, 100)).doubts
+    assert len(found) == len(doubts)
+    for text, expected in zip(found, doubts, strict=True):
+        assert expected in text
+
+
+def test_the_command_says_what_it_doubts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    areas, scene, out = tmp_path / "areas.csv", tmp_path / "scene.toml", tmp_path / "flow.csv"
+    rows = "".join(f"{0.1 * k},{100 + 50 * k}\n" for k in range(10))
+    areas.write_text("time (ms),area (cm^2)\n" + rows, encoding="utf-8")
+    scene.write_text((ROOT / "examples" / "vowel.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    assert main(["exchange", str(areas), str(scene), "-o", str(out)]) == 0
+    assert "Caution: The widest of the areas is 5.5e+04 mm^2" in capsys.readouterr().err

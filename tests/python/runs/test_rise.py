@@ -57,6 +57,12 @@ def test_behind_a_trachea_what_rises_is_the_supply() -> None:
     of_pressure = replace(run, scene_text='[airflow]\nsubglottal_pressure = "800 Pa"\n[trachea]\n')
     assert measure(of_pressure)["subglottal_pressure"].value == 800.0
     assert measure(of_pressure)["subglottal_pressure"].cautions == ()
+    lost = replace(of_pressure, waveforms=dict(of_pressure.waveforms, subglottal_pressure=0.6 * below))
+    measured = measure(lost)["subglottal_pressure"]
+    assert measured.value == 800.0
+    (doubt,) = measured.cautions
+    arrives = float(doubt.split(" is ")[1].split(" Pa")[0])
+    assert arrives == pytest.approx(480.0, rel=0.02)
     of_flow = replace(run, scene_text=of_pressure.scene_text + "[trachea.supply.flow]\nflow = 2e-4\n")
     assert "subglottal_pressure" not in measure(of_flow)
 

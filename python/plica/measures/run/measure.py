@@ -23,6 +23,8 @@ from plica.measures.run.tract import tract_measures
 from plica.measures.scene_text import scene_table, scene_tables
 from plica.units import read_quantity
 
+_HELD = 0.1  # of the supply's pressure, which the mean below the folds may lack without a word
+
 __all__ = ["driving", "fold_length", "measure", "risen", "steady_cycles"]
 
 
@@ -183,5 +185,15 @@ def _subglottal_pressure(
         largest = value * float(np.max(waveforms["supply_rise"]))
     else:
         largest = float(np.max(waveforms.get("subglottal_pressure", value)))
-    short = [f"not reached: {largest:.4g} Pa at the end of the record, where it still rises"]
-    return [whole("subglottal_pressure", value, cautions=short if largest < (1 - 1e-9) * value else [])]
+    said = []
+    if largest < (1 - 1e-9) * value:
+        said.append(f"not reached: {largest:.4g} Pa at the end of the record, where it still rises")
+    elif "trachea" in scene_tables(scene_text) and "subglottal_pressure" in waveforms:
+        below = np.asarray(waveforms["subglottal_pressure"], dtype=float)
+        mean = float(below[cycles.extent(time)].mean())
+        if mean < (1 - _HELD) * value:
+            said.append(
+                f"of the supply: what arrives right below the folds is {mean:.4g} Pa in the mean, as the "
+                "flow takes the rest at the trachea's end (trachea.supply) and along it"
+            )
+    return [whole("subglottal_pressure", value, cautions=said)]

@@ -67,8 +67,8 @@ class RunData(Protocol):
         """Why the run failed; empty if it did not."""
 
     @property
-    def vocal_tract(self) -> TractResponse | None:
-        """What its vocal tract does to the flow that enters it; None without one."""
+    def vocal_tract(self) -> TractResponse | str | None:
+        """What its vocal tract does to the flow that enters it; why that is not known; None without one."""
 
     @property
     def versions(self) -> Mapping[str, str]:

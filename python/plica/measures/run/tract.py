@@ -23,16 +23,20 @@ _HIGHEST = 5000.0  # Hz
 _SHARP = 1.0  # dB, by which the correction may differ between cycles
 
 
-def tract_measures(tract: TractResponse, sound: Mapping[str, Measure], cycles: Cycles) -> list[Measure]:
+def tract_measures(tract: TractResponse | str, sound: Mapping[str, Measure], cycles: Cycles) -> list[Measure]:
     """Formants, their bandwidths, and H1-H2 and H2-H4 of the sound less the tract's gain.
 
     Parameters
     ----------
-    tract : TractResponse
+    tract : TractResponse or str
+        Or why it is not known.
     sound : mapping
         Measures of the sound.
     cycles : Cycles
     """
+    if isinstance(tract, str):
+        names = [f"formant_{k + 1}{end}" for k in range(_FORMANTS) for end in ("", "_bandwidth")]
+        return [absent(name, tract) for name in (*names, "sound_h1_h2_corrected", "sound_h2_h4_corrected")]
     return [
         *_formants(tract),
         _corrected("sound_h1_h2", 1, 2, tract, sound, cycles),

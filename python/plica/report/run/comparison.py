@@ -109,9 +109,10 @@ def sheet_of_runs(found: RunComparison) -> Sheet:
 def _tubes(run: MeasuredRun) -> str:
     """The tubes of a run, and the formants of its tract."""
     found = [name for name in ("trachea", "tract") if scene_table(run.scene_text, name) is not None]
-    if run.vocal_tract is None:
+    tract = run.vocal_tract
+    if tract is None or isinstance(tract, str):
         return " and ".join(found) or "none"
-    formants = ", ".join(f"{one.frequency:.0f}" for one in run.vocal_tract.formants()[:4])
+    formants = ", ".join(f"{one.frequency:.0f}" for one in tract.formants()[:4])
     return f"{' and '.join(found)}; formants {formants or 'none'} Hz"
 
 

@@ -13,7 +13,8 @@ from plica.measures.harmonics import harmonic_levels, level_difference
 from plica.measures.measure import Measure
 from plica.measures.run.sound import radiation_measures
 from plica.measures.run.tract import tract_measures
-from plica.runs.tubes import tract_response
+from plica.runs.tubes import known_tract, tract_formants, tract_response
+from repository import ROOT
 from voices import lf_pulse
 
 STEP = 20e-6
@@ -88,6 +89,21 @@ def test_a_short_tract_has_few_formants() -> None:
     assert count < 4
     assert found["formant_4"].value is None
     assert found["formant_4"].note == f"the tract has {count} resonances up to 5000 Hz"
+
+
+def test_a_tract_of_too_many_elements_says_so_instead_of_formants() -> None:
+    """Whose resonances would take minutes, and tens of metres hours."""
+    air = plica.Airflow()
+    tract = plica.Tract(uniform={"length": 2.1, "area": 3e-4})
+    with pytest.raises(plica.InvalidInput, match=r"tract: has 525 elements.* must have at most 500"):
+        tract_formants(tract, air)
+    assert tract_formants(plica.Tract(uniform={"length": 0.5, "area": 3e-4}), air)
+    scene = plica.Scene.load(ROOT / "examples" / "vowel.toml").replace({"tract": tract})
+    why = known_tract(scene)
+    assert isinstance(why, str)
+    found = {item.name: item for item in tract_measures(why, *_none())}
+    assert found["formant_1"].value is None
+    assert found["sound_h1_h2_corrected"].note == why
 
 
 def test_cycles_that_differ_beside_a_formant_are_doubted() -> None:
