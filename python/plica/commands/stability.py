@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -171,8 +174,8 @@ def _onset(options: argparse.Namespace) -> int:
     _require_offset(options)
     _prepared(options.directory, ONSET_FILES, options.overwrite)
     given |= {name: value for name in ("start", "stop") if (value := getattr(options, name)) is not None}
-    with as_options(("onset",), names):
-        found = onset(scene, **given)
+    with as_options(("onset",), names), _pressures_shown(not options.quiet) as each:
+        found = onset(scene, each=each, **given)
     lowered = _lowered(scene, found, options) if options.offset else None
     if options.directory is not None:
         write_onset(found, options.directory, lowered)
@@ -186,6 +189,24 @@ def _onset(options: argparse.Namespace) -> int:
     if remarks:
         print_error("\n".join(f"Caution: {remark}" for remark in remarks), 0)
     return 0
+
+
+@contextmanager
+def _pressures_shown(shown: bool) -> Iterator[Callable[[float, float], None] | None]:
+    """A line on standard error of how many pressures are done; nothing if not `shown`."""
+    if not shown:
+        yield None
+        return
+    from tqdm import tqdm
+
+    interval = 0.5 if sys.stderr.isatty() else 10.0
+    with tqdm(unit=" pressures", mininterval=interval, miniters=1, file=sys.stderr, leave=False) as bar:
+
+        def each(pressure: float, growth: float) -> None:
+            bar.set_description(f"{pressure:.4g} Pa, growth {growth:.3g} 1/s", refresh=False)
+            bar.update()
+
+        yield each
 
 
 def _require_offset(options: argparse.Namespace) -> None:

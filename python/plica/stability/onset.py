@@ -132,7 +132,7 @@ def onset(
     zeta: float | None = None,
     loss_factor: float | None = None,
     mesh: _engine.TetMesh | None = None,
-    told: Callable[[float, float], None] | None = None,
+    each: Callable[[float, float], None] | None = None,
 ) -> Onset:
     """Find where the equilibrium with the airflow loses its stability to an oscillation (a Hopf point).
 
@@ -152,8 +152,8 @@ def onset(
         Of a stiffness K (1 + i loss_factor), instead of the tissue's viscosity.
     mesh : TetMesh, optional
         The scene's mesh, if it is already built.
-    told : callable, optional
-        Called with each pressure (Pa) and the growth (1/s) found there.
+    each : callable, optional
+        Called with each pressure (Pa) and the growth (1/s) found there, as a sign of progress.
 
     Returns
     -------
@@ -173,13 +173,13 @@ def onset(
             f"onset: start = {first:g} Pa; must be < stop = {last:g} Pa. Pressures rise from it."
         )
     motion = SmallMotion(scene, modes, damping_of(zeta, loss_factor), mesh)
-    return _Search(motion, told).over(first, last)
+    return _Search(motion, each).over(first, last)
 
 
 class _Search:
-    def __init__(self, motion: SmallMotion, told: Callable[[float, float], None] | None) -> None:
+    def __init__(self, motion: SmallMotion, each: Callable[[float, float], None] | None) -> None:
         self.motion = motion
-        self.told = told
+        self.each = each
         self.spectra: dict[float, Spectrum] = {}
         self.end = ""
 
@@ -190,10 +190,12 @@ class _Search:
         return self._result(crossings)
 
     def _at(self, pressure: float) -> Spectrum:
+        if pressure in self.spectra:
+            return self.spectra[pressure]
         found = self.motion.spectrum(pressure)
         self.spectra[pressure] = found
-        if self.told:
-            self.told(pressure, found.growth)
+        if self.each:
+            self.each(pressure, found.growth)
         return found
 
     def _scan(self, first: float, last: float) -> None:

@@ -170,7 +170,8 @@ def test_the_command_writes_onset_growth_and_a_picture(
         str(out),
     ]
     assert main(command) == 0
-    said = capsys.readouterr().out
+    said, progress = capsys.readouterr()
+    assert " pressures" in progress
     content = json.loads((out / "onset.json").read_text())
     assert f"onset        {content['onset']['pressure']:.5g} Pa" in said
     with (out / "growth.csv").open() as file:
@@ -183,7 +184,7 @@ def test_the_command_writes_onset_growth_and_a_picture(
     assert main(command) == 2
     assert "onset.json" in capsys.readouterr().err
     assert main([*command, "--overwrite", "--quiet"]) == 0
-    assert capsys.readouterr().out == ""
+    assert capsys.readouterr() == ("", "")
 
 
 def test_the_command_prints_growth_at_one_pressure(
