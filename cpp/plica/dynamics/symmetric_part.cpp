@@ -103,8 +103,13 @@ SymmetricPart::SymmetricPart(const Scene& scene)
       supports(supports_of(scene, images)) {
   require_symmetric_tissue(scene, images);
   const Points& x = scene.mesh.points;
-  if (scene.mesh.stretched())
-    images.require_symmetric_field(as_vector(Points(x - scene.mesh.rest)), "the posture (m)", x);
+  if (scene.mesh.stretched()) {
+    constexpr double round_off = 1e-12;  // of the mesh's extent: a posture that moves no more has no symmetry
+    const Points moved = x - scene.mesh.rest;
+    const double extent = (x.colwise().maxCoeff() - x.colwise().minCoeff()).maxCoeff();
+    if (moved.cwiseAbs().maxCoeff() > round_off * extent)
+      images.require_symmetric_field(as_vector(moved), "the posture (m)", x);
+  }
   if (scene.airflow)
     images.require_symmetric({flat_triangles(scene.mesh.surface(scene.airflow->surface))}, "the airflow's surface",
                              x);

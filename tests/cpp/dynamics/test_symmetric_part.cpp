@@ -1,12 +1,29 @@
 // What of the tissue must be alike in mirror images, and the explicit step that their contact allows.
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "plica/core/error.hpp"
 #include "plica/dynamics/symmetric_part.hpp"
 #include "reduced_scenes.hpp"
 
 using namespace plica;
 using namespace scenes;
+
+TEST_CASE("a posture is mirrored, unless it moves nothing but round-off") {
+  Scene scene = tissue_scene(symmetric_folds().mesh, 0.3, 0.0);
+  scene.symmetry = Symmetry::half;
+  for (const double moved : {1e-20, 1e-6}) {
+    scene.mesh.rest = scene.mesh.points;
+    for (std::ptrdiff_t i = 0; i < scene.mesh.rest.rows(); ++i) scene.mesh.rest(i, 1) += moved * std::sin(7.0 * i);
+    // Also what is left of it beside the places' own digits.
+    scene.mesh.rest(3, 0) += 1e-18;
+    if (moved < 1e-12)
+      CHECK_NOTHROW(SymmetricPart{scene});
+    else
+      CHECK_THROWS_WITH_AS(SymmetricPart{scene}, doctest::Contains("the posture (m) at node"), InvalidInput);
+  }
+}
 
 TEST_CASE("a fibre is mirrored in both planes, and each copy has the density and the viscosity of the others") {
   Scene scene = tissue_scene(symmetric_folds().mesh, 0.3, 0.0);
