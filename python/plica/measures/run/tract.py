@@ -36,7 +36,8 @@ def tract_measures(tract: TractResponse | str, sound: Mapping[str, Measure], cyc
     """
     if isinstance(tract, str):
         names = [f"formant_{k + 1}{end}" for k in range(_FORMANTS) for end in ("", "_bandwidth")]
-        return [absent(name, tract) for name in (*names, "sound_h1_h2_corrected", "sound_h2_h4_corrected")]
+        corrected = (absent("sound_h1_h2_corrected", tract), absent("sound_h2_h4_corrected", tract))
+        return [*(absent(name, tract) for name in names), *corrected]
     return [
         *_formants(tract),
         _corrected("sound_h1_h2", 1, 2, tract, sound, cycles),
