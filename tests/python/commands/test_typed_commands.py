@@ -85,7 +85,8 @@ QUESTIONS = (
     "python -m benchmarks tables",
 )
 NOT_RUN = {
-    r"make (demo|test|check|build|docs|wheel)|\.ci/run|pip install .*": "builds or installs; CI runs them",
+    r"make (demo|test|check|build|docs|wheel( WHEELS=.*)?)|\.ci/run|pip install .*": "builds or installs; "
+    "CI runs them",
     r"plica sound runs/first -o first.wav": "the same under another name; the first session writes it",
     r"sudo apt-get .*|mkdir .*|cd .*|cp .*|cat > CMakeLists.txt.*|cmake .*|build/mine": "the program in "
     "C++: the consumer's section of CI builds and runs it",
