@@ -54,6 +54,18 @@ def test_a_mode_of_a_bar_is_damped_by_the_viscosity_over_its_stiffness() -> None
     np.testing.assert_allclose(found.damping_ratio, ratio * np.pi * found.frequency, rtol=1e-9)
 
 
+def test_modes_are_damped_as_the_time_steps_of_a_reduced_scene(tmp_path: Path) -> None:
+    """By the ratio, in place of the viscosity."""
+    scene, file = sliding_bar(), tmp_path / "basis.h5"
+    plica.reduce(scene, file, modes=4)
+    damped = scene.replace({"reduction": {"basis": str(file), "damping_ratio": 0.06}})
+    assert (plica.eigenmodes(damped, 3).damping_ratio == 0.06).all()
+    without = damped.replace({"reduction.damping_ratio": None})
+    by_viscosity = plica.eigenmodes(scene, 3).damping_ratio
+    assert (by_viscosity != 0.06).all()
+    np.testing.assert_array_equal(plica.eigenmodes(without, 3).damping_ratio, by_viscosity)
+
+
 def test_modes_are_those_of_a_dense_eigenproblem(bar: plica.Scene) -> None:
     mesh = build_mesh(bar.mesh)
     free = ~fixed_components(bar, mesh).ravel()

@@ -94,6 +94,8 @@ def test_a_scene_that_steps_with_a_damping_ratio_has_its_onset_with_it(tmp_path:
     assert SmallMotion(scene, MODES).spectrum(pressure).growth != given.growth
     light = SmallMotion(damped, MODES, Damping(ratio=0.03))
     assert light.damping == Damping(ratio=0.03)
+    by_viscosity = SmallMotion(damped, MODES, Damping()).spectrum(pressure)
+    assert by_viscosity.growth == SmallMotion(scene, MODES).spectrum(pressure).growth
 
 
 def test_no_onset_in_the_range_is_a_result() -> None:
