@@ -21,7 +21,8 @@ void bind_materials(py::module_& engine) {
       .bind(engine);
   options<Material>("Material", required("elasticity", &Material::elasticity),
                     option("density", &Material::density), option("viscosity", &Material::viscosity),
-                    option("stiffening", &Material::stiffening), option("active_stress", &Material::active_stress))
+                    option("stiffening", &Material::stiffening),
+                    option("matrix_stiffening", &Material::matrix_stiffening), option("active_stress", &Material::active_stress))
       .bind(engine)
       .def("validate", &Material::validate, py::arg("where"));
 

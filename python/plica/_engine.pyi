@@ -209,6 +209,7 @@ class Material:
         "density": 1020.0,
         "viscosity": 0.0,
         "stiffening": 0.0,
+        "matrix_stiffening": 0.0,
         "active_stress": 0.0,
     }
     def __eq__(self, arg0: typing.Any) -> bool: ...
@@ -219,6 +220,7 @@ class Material:
         density: typing.SupportsFloat | typing.SupportsIndex = 1020.0,
         viscosity: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         stiffening: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        matrix_stiffening: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         active_stress: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> None: ...
     def __repr__(self) -> str: ...
@@ -229,6 +231,8 @@ class Material:
     def density(self) -> float: ...
     @property
     def elasticity(self) -> Isotropic | TransverselyIsotropic: ...
+    @property
+    def matrix_stiffening(self) -> float: ...
     @property
     def stiffening(self) -> float: ...
     @property

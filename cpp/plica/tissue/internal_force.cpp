@@ -83,12 +83,14 @@ InternalForce::InternalForce(const TetMesh& mesh, const Tissue& tissue)
                                 moduli.fibre_modulus,
                                 4 * moduli.stiffening,
                                 moduli.active,
+                                moduli.matrix_stiffening,
                                 eta,
                                 moduli.fibre[0],
                                 moduli.fibre[1],
                                 moduli.fibre[2]};
-      for (int k = 0; k < 12; ++k) batch.law[k][lane] = numbers[k];
+      for (int k = 0; k < 13; ++k) batch.law[k][lane] = numbers[k];
       batch.stiffens |= moduli.stiffening > 0;
+      batch.matrix_stiffens |= moduli.matrix_stiffening > 0;
       batch.pulls |= moduli.active != 0;
       viscous_ |= eta > 0;
       for (std::size_t p = 0; p < points; ++p) {

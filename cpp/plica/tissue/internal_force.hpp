@@ -33,9 +33,9 @@ class InternalForce {
     std::int32_t cell[lanes];      // its number; the last one again where there are too few, without volume
     std::int32_t node[10][lanes];  // of its corners and mid-sides
     /// mu, lambda, beta, 2 (mu' - mu), e - 4 (mu' - mu), E', 4 k, s, eta, the fibre's components.
-    double law[12][lanes];
+    double law[13][lanes];
     std::ptrdiff_t map;  // the first of its maps
-    bool curved, stiffens, pulls;
+    bool curved, stiffens, matrix_stiffens, pulls;
   };
   /// dxi/dX (row xi_k = l_{k+1}, column X) and the volume of a cell where its sides are straight, of a point where
   /// not.

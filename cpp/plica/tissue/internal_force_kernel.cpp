@@ -147,6 +147,33 @@ inline double above_logarithm(double x) {
   return x * t - 2 * t * s * (1.0 / 3 + s * (1.0 / 5 + s * (1.0 / 7 + s * (1.0 / 9 + s * (1.0 / 11 + s / 13)))));
 }
 
+/// w = tr E - ln J, whose first order cancels: tr E = tr G + |G|^2 / 2, J - 1 = tr G + its higher terms.
+template <typename Width>
+PLICA_INLINE typename Width::Register change_of_shape(const typename Width::Register* G, const Strain<Width>& at) {
+  typedef typename Width::Register Register;
+  Register shape = at.change - at.volume - at.higher;
+  for (int k = 0; k < 9; ++k) shape += 0.5 * G[k] * G[k];
+  for (int lane = 0; lane < static_cast<int>(sizeof(Register) / sizeof(double)); ++lane)
+    if (std::abs(at.change[lane]) < 0.1)
+      shape[lane] += above_logarithm(at.change[lane]) - (at.change[lane] - at.volume[lane]);
+  return shape;
+}
+
+/// w of the matrix as its stiffening makes it: its slope exp(m w), or its energy (exp(m w) - 1) / m.
+template <typename Width, bool energy>
+PLICA_INLINE typename Width::Register stiffened(const Batch& batch, int from,
+                                                const typename Width::Register& shape) {
+  typename Width::Register result = shape;
+  for (int lane = 0; lane < static_cast<int>(sizeof(result) / sizeof(double)); ++lane) {
+    const double m = batch.law[8][from + lane];
+    if constexpr (energy)
+      result[lane] = m > 0 ? std::expm1(m * shape[lane]) / m : shape[lane];
+    else
+      result[lane] = std::exp(m * shape[lane]);
+  }
+  return result;
+}
+
 /// Adds what stiffening does to the tension along the fibre, or to the energy, and what the active stress does.
 template <typename Width, bool energy>
 PLICA_INLINE void add_fibre_extra(const Batch& batch, int from, const typename Width::Register& q,
@@ -170,10 +197,13 @@ PLICA_INLINE void add_fibre_extra(const Batch& batch, int from, const typename W
 /// at rest, so that small strains keep their digits.
 template <typename Width>
 PLICA_INLINE void elastic_stress(const Batch& batch, int from, const Strain<Width>& at,
+                                 const typename Width::Register* G,
                                  const typename Width::Register* F, const typename Width::Register* turned,
                                  const typename Width::Register* a, typename Width::Register* P) {
   typedef typename Width::Register Register;
-  const Register mu = load<Width>(batch.law[0] + from), shear = load<Width>(batch.law[3] + from);
+  Register mu = load<Width>(batch.law[0] + from);
+  if (batch.matrix_stiffens) mu *= stiffened<Width, false>(batch, from, change_of_shape<Width>(G, at));
+  const Register shear = load<Width>(batch.law[3] + from);
   const Register lambda = load<Width>(batch.law[1] + from);
   const Register two_beta = 2.0 * load<Width>(batch.law[2] + from);
   Register tension = two_beta * at.volume + load<Width>(batch.law[4] + from) * at.q;
@@ -203,9 +233,9 @@ PLICA_INLINE void force_body(const Batch& batch, const Map* maps, const Input& i
     slopes_at_corners(batch, input.u, input.offset, corners, from, slope);
     if (viscous) slopes_at_corners(batch, input.v, nullptr, corners, from, rate);
     Register a[3], inverse[9], smallest = {}, sum = {};
-    for (int k = 0; k < 3; ++k) a[k] = load<Width>(batch.law[9 + k] + from);
+    for (int k = 0; k < 3; ++k) a[k] = load<Width>(batch.law[10 + k] + from);
     for (int lane = 0; lane < width; ++lane) smallest[lane] = std::numeric_limits<double>::infinity();
-    const Register eta = load<Width>(batch.law[8] + from);
+    const Register eta = load<Width>(batch.law[9] + from);
     for (std::size_t p = 0; p < rule.size(); ++p) {
       const Map& map = maps[batch.curved ? p : 0];
       if (p == 0 || batch.curved)
@@ -221,7 +251,7 @@ PLICA_INLINE void force_body(const Batch& batch, const Map* maps, const Input& i
           const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
           turned[3 * i + j] = (F[3 * i1 + j1] * F[3 * i2 + j2] - F[3 * i1 + j2] * F[3 * i2 + j1]) * over;
         }
-      elastic_stress(batch, from, at, F, turned, a, P);
+      elastic_stress(batch, from, at, G, F, turned, a, P);
       for (int lane = 0; lane < width; ++lane)
         smallest[lane] = J[lane] < smallest[lane] ? J[lane] : smallest[lane];
       for (int k = 0; k < 9; ++k) sum += P[k];
@@ -264,7 +294,7 @@ PLICA_INLINE void energy_body(const Batch& batch, const Map* maps, const Input& 
     Matrix<Width> slope[4];
     slopes_at_corners(batch, input.u, input.offset, input.corners, from, slope);
     Register a[3], inverse[9], whole = {};
-    for (int k = 0; k < 3; ++k) a[k] = load<Width>(batch.law[9 + k] + from);
+    for (int k = 0; k < 3; ++k) a[k] = load<Width>(batch.law[10 + k] + from);
     for (std::size_t p = 0; p < rule.size(); ++p) {
       const Map& map = maps[batch.curved ? p : 0];
       if (p == 0 || batch.curved)
@@ -273,12 +303,8 @@ PLICA_INLINE void energy_body(const Batch& batch, const Map* maps, const Input& 
       interpolate<Width>(slope, rule[p].at.data(), input.corners, by_xi);
       multiply<Width>(by_xi, inverse, G);
       const Strain<Width> at(G, a);
-      // tr E - ln J, whose first order cancels: tr E = tr G + |G|^2 / 2, J - 1 = tr G + its higher terms.
-      Register shape = at.change - at.volume - at.higher, squares = {};
-      for (int k = 0; k < 9; ++k) shape += 0.5 * G[k] * G[k];
-      for (int lane = 0; lane < width; ++lane)
-        if (std::abs(at.change[lane]) < 0.1)
-          shape[lane] += above_logarithm(at.change[lane]) - (at.change[lane] - at.volume[lane]);
+      Register shape = change_of_shape<Width>(G, at), squares = {};
+      if (batch.matrix_stiffens) shape = stiffened<Width, true>(batch, from, shape);
       for (int k = 0; k < 3; ++k) squares += at.pulled[k] * at.pulled[k];
       Register W = load<Width>(batch.law[0] + from) * shape +
                    0.5 * load<Width>(batch.law[1] + from) * at.volume * at.volume +

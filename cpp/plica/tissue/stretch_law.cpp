@@ -32,6 +32,7 @@ Matrix6 products(const Matrix3& A, const Matrix3& B) {
 
 StretchLaw::StretchLaw(const Material& material)
     : stiffening_(material.stiffening),
+      matrix_stiffening_(material.matrix_stiffening),
       active_(material.active_stress),
       fibre_(fibre_of(material).normalized()),
       dyad_(voigt(fibre_ * fibre_.transpose())) {
@@ -66,14 +67,19 @@ StretchLaw::Response StretchLaw::at(const Matrix3& F) const {
     tension += active_ / stretch;
     stiffness -= active_ / (stretch * stretch * stretch);
   }
-  const double pressure = lambda_ * volume + 2 * beta_ * q - mu_;
+  const double mu = matrix_stiffening_ > 0 ? mu_ * std::exp(matrix_stiffening_ * (E.trace() - volume)) : mu_;
+  const double pressure = lambda_ * volume + 2 * beta_ * q - mu;
   Response response;
-  response.stress = mu_ * Matrix3::Identity() + pressure * inverse + tension * fibre_ * fibre_.transpose() +
+  response.stress = mu * Matrix3::Identity() + pressure * inverse + tension * fibre_ * fibre_.transpose() +
                     2 * shear_ * (pulled * fibre_.transpose() + fibre_ * pulled.transpose());
   const Vector6 c = voigt(inverse);
   response.slope = constant_ - 2 * pressure * products(inverse, inverse) + lambda_ * (c * c.transpose()) +
                    2 * beta_ * (c * dyad_.transpose() + dyad_ * c.transpose()) +
                    stiffness * (dyad_ * dyad_.transpose());
+  if (matrix_stiffening_ > 0) {
+    const Vector6 along = voigt(Matrix3::Identity()) - c;  // dw/dE
+    response.slope += matrix_stiffening_ * mu * (along * along.transpose());
+  }
   return response;
 }
 
@@ -81,7 +87,9 @@ double StretchLaw::energy(const Matrix3& F) const {
   const Matrix3 E = 0.5 * (F.transpose() * F - Matrix3::Identity());
   const Vector3 pulled = E * fibre_;
   const double q = fibre_.dot(pulled), volume = std::log(F.determinant());
-  double energy = mu_ * (E.trace() - volume) + 0.5 * lambda_ * volume * volume + 2 * beta_ * q * volume +
+  const double shape = E.trace() - volume;
+  double energy =
+      mu_ * (matrix_stiffening_ > 0 ? std::expm1(matrix_stiffening_ * shape) / matrix_stiffening_ : shape) + 0.5 * lambda_ * volume * volume + 2 * beta_ * q * volume +
                   2 * shear_ * (pulled.squaredNorm() - q * q) + 0.5 * along_ * q * q;
   if (stiffening_ > 0 && q > 0)
     energy += fibre_modulus_ * (std::expm1(4 * stiffening_ * q * q) / (8 * stiffening_) - 0.5 * q * q);

@@ -83,7 +83,7 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "lungs": (*_PRESSURE, "trachea.supply"),
     "supraglottal pressure": ("supraglottal_pressure", "tract"),
     "posturing": ("posture.elongation", "posture.muscles"),
-    "stretch": ("posture.elongation", "tissue.NAME.stiffening"),
+    "stretch": ("posture.elongation", "tissue.NAME.stiffening", "tissue.NAME.matrix_stiffening"),
     **dict.fromkeys(("muscle", "muscle activation", "activation"), _MUSCLES),
     "ct": ("posture.muscles.cricothyroid",),
     "ta": ("posture.muscles.thyroarytenoid", "posture.active_stress"),

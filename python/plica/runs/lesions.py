@@ -101,6 +101,7 @@ def _changed(tissue: _engine.Material, parts: list[tuple[Lesion, float]]) -> _en
         density=density,
         viscosity=viscosity * tissue.viscosity,
         stiffening=tissue.stiffening,
+        matrix_stiffening=tissue.matrix_stiffening,
         active_stress=tissue.active_stress,
     )
 

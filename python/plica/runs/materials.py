@@ -103,6 +103,7 @@ def _material(scene: Scene, tissue: Tissue, layer: str, name: str) -> _engine.Ma
         density=tissue.density,
         viscosity=tissue.viscosity,
         stiffening=tissue.stiffening,
+        matrix_stiffening=tissue.matrix_stiffening,
         active_stress=active.get(layer, 0.0),
     )
     try:

@@ -25,6 +25,7 @@ class TissueSide(Part):
     mu_transverse: Annotated[Pressure, Field(gt=0)] | None = None
     fibre: tuple[Number, Number, Number] | None = None
     stiffening: Annotated[Number, Field(ge=0, le=100)] | None = None
+    matrix_stiffening: Annotated[Number, Field(ge=0, le=100)] | None = None
     density: Annotated[Density, Field(gt=0)] | None = None
     viscosity: Annotated[Viscosity, Field(ge=0)] | None = None
 
@@ -55,6 +56,11 @@ class Tissue(Part):
     """[-] How fast fibres stiffen as a posture, or motion at finite strain, stretches them: what `E_fibre`
     bears along them rises by exp(stiffening (lambda^2 - 1)^2), lambda their stretch. Without `posture` and
     `strain` it does nothing."""
+    matrix_stiffening: Annotated[Number, Field(ge=0, le=100)] = 0.0
+    """[-] How fast what lies between the fibres stiffens, in all directions, at a posture or in motion at finite
+    strain: its stress rises by exp(matrix_stiffening w), w = tr E - ln J: half the square of a shear, and for a
+    stretch lambda at constant volume (lambda^2 + 2 / lambda - 3) / 2. Without `posture` and `strain` it does
+    nothing."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
     """[kg/m^3] Mass per volume."""
     viscosity: Annotated[Viscosity, Field(ge=0)] = Field(

@@ -20,6 +20,7 @@ constexpr CellShape all_shapes[] = {CellShape::linear, CellShape::straight, Cell
 Tissue two_tissues(const TetMesh& mesh) {
   Material cover{TransverselyIsotropic{1e3, 0.66, 10e3, 0.66, 10e3, {}, Vector3(0.2, 1, -0.3)}};
   cover.stiffening = 3;
+  cover.matrix_stiffening = 2;
   cover.active_stress = 2e3;
   cover.viscosity = 0.4;
   Material body{Isotropic{20e3, 0.3}};

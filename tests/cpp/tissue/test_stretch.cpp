@@ -18,6 +18,7 @@ bool close(double found, double expected, double within) { return std::abs(found
 Material cover() {
   Material material{TransverselyIsotropic{1e3, 0.66, 10e3, 0.66, 10e3, {}, Vector3(0.2, 1, -0.3)}};
   material.stiffening = 3;
+  material.matrix_stiffening = 2;
   material.active_stress = 2e3;
   return material;
 }
@@ -140,6 +141,33 @@ TEST_CASE("stretch law: fibres add E' q (exp(k (lambda^2 - 1)^2) - 1) where they
     const Matrix3 more = StretchLaw(stiff).at(F).stress - StretchLaw(material).at(F).stress;
     CHECK(close(more(1, 1), expected, 1e-9));
     CHECK(close(more.norm(), expected, 1e-9));
+  }
+}
+
+TEST_CASE("stretch law: in simple shear the matrix bears mu gamma exp(m gamma^2 / 2)") {
+  const double E = 3e3, nu = 0.4, mu = E / (2 * (1 + nu)), m = 4;
+  Material stiff{Isotropic{E, nu}};
+  stiff.matrix_stiffening = m;
+  for (const double gamma : {1e-9, 0.3, 1.0, -1.5}) {
+    Matrix3 F = Matrix3::Identity();
+    F(0, 2) = gamma;
+    const Matrix3 P = F * StretchLaw(stiff).at(F).stress;
+    const double expected = mu * gamma * std::exp(m * gamma * gamma / 2);
+    CHECK(close(P(0, 2), expected, 1e-12 * mu));
+    CHECK(close(StretchLaw(stiff).energy(F), mu / m * std::expm1(m * gamma * gamma / 2), 1e-12 * mu));
+  }
+}
+
+TEST_CASE("stretch law: a matrix that stiffens is that of Demiray in a stretch at constant volume") {
+  // Cauchy's stress difference mu exp(m (I1 - 3) / 2) (lambda^2 - 1 / lambda).
+  const double E = 3e3, nu = 0.4, mu = E / (2 * (1 + nu)), m = 4;
+  Material stiff{Isotropic{E, nu}};
+  stiff.matrix_stiffening = m;
+  for (const double lambda : {0.6, 0.9, 1.2, 1.7}) {
+    const Matrix3 F = Vector3(lambda, 1 / std::sqrt(lambda), 1 / std::sqrt(lambda)).asDiagonal();
+    const Matrix3 cauchy = F * StretchLaw(stiff).at(F).stress * F.transpose();
+    const double expected = mu * std::exp(m * (lambda * lambda + 2 / lambda - 3) / 2) * (lambda * lambda - 1 / lambda);
+    CHECK(close(cauchy(0, 0) - cauchy(1, 1), expected, 1e-11 * std::abs(expected)));
   }
 }
 

@@ -15,10 +15,19 @@ from plica import SolveFailed, _engine
 LENGTH, WIDTH, DENSITY = 16e-3, 1e-3, 1040.0
 
 
-def bar(stretch: float, law: Any, stiffening: float = 0.0, active: float = 0.0, cells: int = 8) -> Any:
+def bar(
+    stretch: float,
+    law: Any,
+    stiffening: float = 0.0,
+    active: float = 0.0,
+    cells: int = 8,
+    matrix: float = 0.0,
+) -> Any:
     """A bar along y, its ends pulled apart, its sides free: the stretched mesh and its assembly."""
     mesh = _engine.block_mesh(corner=(0, 0, 0), size=(WIDTH, LENGTH, WIDTH), divisions=(1, cells, 1))
-    material = _engine.Material(law, density=DENSITY, stiffening=stiffening, active_stress=active)
+    material = _engine.Material(
+        law, density=DENSITY, stiffening=stiffening, matrix_stiffening=matrix, active_stress=active
+    )
     x = np.asarray(mesh.points)
     fixed = np.zeros_like(x, dtype=bool)
     fixed[:, 0], fixed[:, 2] = x[:, 0] == 0, x[:, 2] == 0
@@ -100,6 +109,27 @@ def test_the_pitch_of_neo_hookean_tissue_does_not_depend_on_its_stretch() -> Non
         for stretch in (0.8, 1.0, 1.2, 1.5):
             own = frequencies(*bar(stretch, _engine.Isotropic(E=30e3, nu=nu), cells=16))
             np.testing.assert_allclose(own[:3], of_linear_cells(modulus, 16), rtol=1e-9)
+
+
+def test_the_pitch_of_a_matrix_that_stiffens_rises_with_its_stretch() -> None:
+    """f_n = n / (2 L0) sqrt(mu exp(m w) / rho0), w = (lambda^2 + 2 lambda_x^2 - 3) / 2 - ln J."""
+    young, nu, m = 30e3, 0.4, 4.0
+    mu, lame = young / (2 * (1 + nu)), young * nu / ((1 + nu) * (1 - 2 * nu))
+    for stretch in (0.8, 1.0, 1.2, 1.4):
+
+        def stiffened(across: float, stretch: float = stretch) -> float:
+            shape = (stretch**2 + 2 * across**2 - 3) / 2 - np.log(stretch * across**2)
+            return mu * float(np.exp(m * shape))
+
+        def pull(across: float, stretch: float = stretch) -> float:
+            return stiffened(across) * (across**2 - 1) + lame * np.log(stretch * across**2)
+
+        across = float(brentq(pull, 0.5, 1.5, xtol=1e-15))
+        found, assembly = bar(stretch, _engine.Isotropic(E=young, nu=nu), cells=16, matrix=m)
+        assert np.ptp(np.asarray(found.mesh.points)[:, 0]) == pytest.approx(across * WIDTH, rel=1e-10)
+        own = frequencies(found, assembly)
+        np.testing.assert_allclose(own[:3], of_linear_cells(stiffened(across), 16), rtol=1e-9)
+    assert stiffened(across) > 1.5 * mu
 
 
 def test_fibres_that_stiffen_and_pull() -> None:
