@@ -19,10 +19,10 @@ void bind_materials(py::module_& engine) {
                   option("mu_fibre", &Fibred::mu_fibre), option("mu", &Fibred::mu),
                   option("fibre", &Fibred::fibre))
       .bind(engine);
-  options<Material>("Material", required("elasticity", &Material::elasticity),
-                    option("density", &Material::density), option("viscosity", &Material::viscosity),
-                    option("stiffening", &Material::stiffening),
-                    option("matrix_stiffening", &Material::matrix_stiffening), option("active_stress", &Material::active_stress))
+  options<Material>(
+      "Material", required("elasticity", &Material::elasticity), option("density", &Material::density),
+      option("viscosity", &Material::viscosity), option("stiffening", &Material::stiffening),
+      option("matrix_stiffening", &Material::matrix_stiffening), option("active_stress", &Material::active_stress))
       .bind(engine)
       .def("validate", &Material::validate, py::arg("where"));
 

@@ -48,8 +48,7 @@ bool alike(const Material& one, const Material& other, unsigned planes) {
   const Matrix6 a = elasticity_matrix(one), b = mirrored(elasticity_matrix(other), planes);
   return (a - b).cwiseAbs().maxCoeff() <= share * a.cwiseAbs().maxCoeff() && one.density == other.density &&
          one.viscosity == other.viscosity && one.stiffening == other.stiffening &&
-         one.matrix_stiffening == other.matrix_stiffening &&
-         one.active_stress == other.active_stress;
+         one.matrix_stiffening == other.matrix_stiffening && one.active_stress == other.active_stress;
 }
 
 void require_symmetric_tissue(const Scene& scene, const MirrorImages& images) {

@@ -159,21 +159,6 @@ PLICA_INLINE typename Width::Register change_of_shape(const typename Width::Regi
   return shape;
 }
 
-/// w of the matrix as its stiffening makes it: its slope exp(m w), or its energy (exp(m w) - 1) / m.
-template <typename Width, bool energy>
-PLICA_INLINE typename Width::Register stiffened(const Batch& batch, int from,
-                                                const typename Width::Register& shape) {
-  typename Width::Register result = shape;
-  for (int lane = 0; lane < static_cast<int>(sizeof(result) / sizeof(double)); ++lane) {
-    const double m = batch.law[8][from + lane];
-    if constexpr (energy)
-      result[lane] = m > 0 ? std::expm1(m * shape[lane]) / m : shape[lane];
-    else
-      result[lane] = std::exp(m * shape[lane]);
-  }
-  return result;
-}
-
 /// Adds what stiffening does to the tension along the fibre, or to the energy, and what the active stress does.
 template <typename Width, bool energy>
 PLICA_INLINE void add_fibre_extra(const Batch& batch, int from, const typename Width::Register& q,
@@ -197,12 +182,12 @@ PLICA_INLINE void add_fibre_extra(const Batch& batch, int from, const typename W
 /// at rest, so that small strains keep their digits.
 template <typename Width>
 PLICA_INLINE void elastic_stress(const Batch& batch, int from, const Strain<Width>& at,
-                                 const typename Width::Register* G,
-                                 const typename Width::Register* F, const typename Width::Register* turned,
-                                 const typename Width::Register* a, typename Width::Register* P) {
+                                 const typename Width::Register* G, const typename Width::Register* F,
+                                 const typename Width::Register* turned, const typename Width::Register* a,
+                                 typename Width::Register* P) {
   typedef typename Width::Register Register;
   Register mu = load<Width>(batch.law[0] + from);
-  if (batch.matrix_stiffens) mu *= stiffened<Width, false>(batch, from, change_of_shape<Width>(G, at));
+  if (batch.matrix_stiffens) mu *= 1.0 + load<Width>(batch.law[8] + from) * change_of_shape<Width>(G, at);
   const Register shear = load<Width>(batch.law[3] + from);
   const Register lambda = load<Width>(batch.law[1] + from);
   const Register two_beta = 2.0 * load<Width>(batch.law[2] + from);
@@ -304,7 +289,7 @@ PLICA_INLINE void energy_body(const Batch& batch, const Map* maps, const Input& 
       multiply<Width>(by_xi, inverse, G);
       const Strain<Width> at(G, a);
       Register shape = change_of_shape<Width>(G, at), squares = {};
-      if (batch.matrix_stiffens) shape = stiffened<Width, true>(batch, from, shape);
+      if (batch.matrix_stiffens) shape *= 1.0 + 0.5 * load<Width>(batch.law[8] + from) * shape;
       for (int k = 0; k < 3; ++k) squares += at.pulled[k] * at.pulled[k];
       Register W = load<Width>(batch.law[0] + from) * shape +
                    0.5 * load<Width>(batch.law[1] + from) * at.volume * at.volume +

@@ -133,8 +133,7 @@ void Material::validate(const std::string& where) const {
     throw InvalidInput(where, "stiffening", stiffening, "", "0 in isotropic tissue",
                        "Its fibres are what stiffens.");
   require_finite(where, "matrix_stiffening", matrix_stiffening, "");
-  if (!(matrix_stiffening >= 0))
-    throw InvalidInput(where, "matrix_stiffening", matrix_stiffening, "", ">= 0");
+  if (!(matrix_stiffening >= 0)) throw InvalidInput(where, "matrix_stiffening", matrix_stiffening, "", ">= 0");
   require_finite(where, "active_stress", active_stress, "Pa");
 }
 

@@ -39,7 +39,7 @@ struct Material {
   /// -, >= 0, of tissue with fibres alone: what E_fibre bears along them rises by exp(stiffening (lambda^2 -
   /// 1)^2), lambda their stretch (StretchLaw). Small strains do not know it.
   double stiffening = 0.0;
-  /// -, >= 0: the matrix between the fibres bears exp(matrix_stiffening (tr E - ln J)) times as much, E the
+  /// -, >= 0: the matrix between the fibres bears 1 + matrix_stiffening (tr E - ln J) times as much, E the
   /// Green-Lagrange strain and J the volume (StretchLaw). Small strains do not know it.
   double matrix_stiffening = 0.0;
   double active_stress = 0.0;  // Pa, of stretched tissue: pulls along the fibre, by area at rest

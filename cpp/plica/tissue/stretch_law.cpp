@@ -67,7 +67,7 @@ StretchLaw::Response StretchLaw::at(const Matrix3& F) const {
     tension += active_ / stretch;
     stiffness -= active_ / (stretch * stretch * stretch);
   }
-  const double mu = matrix_stiffening_ > 0 ? mu_ * std::exp(matrix_stiffening_ * (E.trace() - volume)) : mu_;
+  const double mu = mu_ * (1 + matrix_stiffening_ * (E.trace() - volume));
   const double pressure = lambda_ * volume + 2 * beta_ * q - mu;
   Response response;
   response.stress = mu * Matrix3::Identity() + pressure * inverse + tension * fibre_ * fibre_.transpose() +
@@ -78,7 +78,7 @@ StretchLaw::Response StretchLaw::at(const Matrix3& F) const {
                    stiffness * (dyad_ * dyad_.transpose());
   if (matrix_stiffening_ > 0) {
     const Vector6 along = voigt(Matrix3::Identity()) - c;  // dw/dE
-    response.slope += matrix_stiffening_ * mu * (along * along.transpose());
+    response.slope += matrix_stiffening_ * mu_ * (along * along.transpose());
   }
   return response;
 }
@@ -88,9 +88,8 @@ double StretchLaw::energy(const Matrix3& F) const {
   const Vector3 pulled = E * fibre_;
   const double q = fibre_.dot(pulled), volume = std::log(F.determinant());
   const double shape = E.trace() - volume;
-  double energy =
-      mu_ * (matrix_stiffening_ > 0 ? std::expm1(matrix_stiffening_ * shape) / matrix_stiffening_ : shape) + 0.5 * lambda_ * volume * volume + 2 * beta_ * q * volume +
-                  2 * shear_ * (pulled.squaredNorm() - q * q) + 0.5 * along_ * q * q;
+  double energy = mu_ * shape * (1 + 0.5 * matrix_stiffening_ * shape) + 0.5 * lambda_ * volume * volume +
+                  2 * beta_ * q * volume + 2 * shear_ * (pulled.squaredNorm() - q * q) + 0.5 * along_ * q * q;
   if (stiffening_ > 0 && q > 0)
     energy += fibre_modulus_ * (std::expm1(4 * stiffening_ * q * q) / (8 * stiffening_) - 0.5 * q * q);
   if (active_ != 0) energy += active_ * (std::sqrt(1 + 2 * q) - 1);

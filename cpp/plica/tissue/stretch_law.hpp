@@ -5,9 +5,9 @@ namespace plica {
 
 /// Stress of stretched tissue (docs/theory/posture.md): that of a neo-Hookean solid that compresses, with fibres.
 /// With C = F^T F, E = (C - I) / 2, J = det F, the fibre a (unit) and q = a . E a, the energy is
-///   W = mu (exp(m w) - 1) / m + lambda (ln J)^2 / 2 + 2 beta q ln J + 2 (mu' - mu) (|E a|^2 - q^2) + e q^2 / 2
+///   W = mu (w + m w^2 / 2) + lambda (ln J)^2 / 2 + 2 beta q ln J + 2 (mu' - mu) (|E a|^2 - q^2) + e q^2 / 2
 ///     + E' ((exp(4 k q^2) - 1) / (8 k) - q^2 / 2) where q > 0 + s (sqrt(1 + 2 q) - 1),
-/// w = tr E - ln J >= 0, mu w without m; lambda, beta and e such that small strains have the stiffness of the
+/// w = tr E - ln J >= 0; lambda, beta and e such that small strains have the stiffness of the
 /// material; k Material::stiffening, m Material::matrix_stiffening, s Material::active_stress.
 class StretchLaw {
  public:

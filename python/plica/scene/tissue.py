@@ -58,7 +58,7 @@ class Tissue(Part):
     `strain` it does nothing."""
     matrix_stiffening: Annotated[Number, Field(ge=0, le=100)] = 0.0
     """[-] How fast what lies between the fibres stiffens, in all directions, at a posture or in motion at finite
-    strain: its stress rises by exp(matrix_stiffening w), w = tr E - ln J: half the square of a shear, and for a
+    strain: its stress rises by 1 + matrix_stiffening w, w = tr E - ln J: half the square of a shear, and for a
     stretch lambda at constant volume (lambda^2 + 2 / lambda - 3) / 2. Without `posture` and `strain` it does
     nothing."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))

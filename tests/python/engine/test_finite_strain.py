@@ -60,7 +60,7 @@ class Law:
         axial = 2 * self.beta * volume + self.e * q + more - 4 * self.shear * q
         outer = pulled[..., :, None] * a + a[:, None] * pulled[..., None, :]
         shape = np.trace(E, axis1=-2, axis2=-1) - volume
-        mu = self.mu * np.exp(self.matrix * shape)[..., None, None]
+        mu = self.mu * (1 + self.matrix * shape)[..., None, None]
         S = mu * (one - inverse) + (self.lame * volume + 2 * self.beta * q)[..., None, None] * inverse
         return F @ (S + axial[..., None, None] * np.outer(a, a) + 2 * self.shear * outer)
 
