@@ -178,6 +178,7 @@ py::dict larynx_fields(const Larynx& larynx) {
     const auto& triangulated = std::get<Larynx::Triangulated>(larynx.meshed);
     fields["size"] = triangulated.size;
     fields["growth"] = triangulated.growth;
+    fields["tip_cut"] = triangulated.tip_cut;
     fields["around"] = triangulated.around;
   }
   return fields;
@@ -202,7 +203,7 @@ void bind_larynx(py::module_& engine) {
       "larynx_mesh",
       [](int order, const std::optional<RealArray>& sections, double major, double radius, double layer_thickness,
          std::optional<double> ligament_thickness, int layers_from_section, int layers_to_section,
-         const std::string& layers_along, std::optional<int> around, double size, double growth,
+         const std::string& layers_along, std::optional<int> around, double size, double growth, double tip_cut,
          std::optional<std::vector<int>> levels, int cover_rings, int ligament_rings, int body_rings) {
         Larynx larynx;
         if (sections) {
@@ -219,7 +220,8 @@ void bind_larynx(py::module_& engine) {
           larynx.meshed = Larynx::Levels{std::move(*levels), around.value_or(Larynx::Levels{}.around), cover_rings,
                                          ligament_rings, body_rings};
         } else {
-          larynx.meshed = Larynx::Triangulated{size, growth, around.value_or(Larynx::Triangulated{}.around)};
+          larynx.meshed =
+              Larynx::Triangulated{size, growth, around.value_or(Larynx::Triangulated{}.around), tip_cut};
         }
         const Released released;
         return order == 2 ? quadratic_larynx_mesh(larynx) : larynx_mesh(larynx);
@@ -229,9 +231,9 @@ void bind_larynx(py::module_& engine) {
       py::arg("ligament_thickness") = py::none(), py::arg("layers_from_section") = shape.layers_from_section,
       py::arg("layers_to_section") = shape.layers_to_section,
       py::arg("layers_along") = layers_along_name(shape.layers_along), py::arg("around") = py::none(),
-      py::arg("size") = by_size.size, py::arg("growth") = by_size.growth, py::arg("levels") = py::none(),
-      py::arg("cover_rings") = by_level.cover_rings, py::arg("ligament_rings") = by_level.ligament_rings,
-      py::arg("body_rings") = by_level.body_rings);
+      py::arg("size") = by_size.size, py::arg("growth") = by_size.growth, py::arg("tip_cut") = by_size.tip_cut,
+      py::arg("levels") = py::none(), py::arg("cover_rings") = by_level.cover_rings,
+      py::arg("ligament_rings") = by_level.ligament_rings, py::arg("body_rings") = by_level.body_rings);
   engine.def(
       "larynx_preset",
       [](const std::string& name) {

@@ -1203,6 +1203,7 @@ def larynx_mesh(
     around: typing.SupportsInt | typing.SupportsIndex | None = None,
     size: typing.SupportsFloat | typing.SupportsIndex = 0.00035,
     growth: typing.SupportsFloat | typing.SupportsIndex = 0.7,
+    tip_cut: typing.SupportsFloat | typing.SupportsIndex = 0.1,
     levels: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None,
     cover_rings: typing.SupportsInt | typing.SupportsIndex = 1,
     ligament_rings: typing.SupportsInt | typing.SupportsIndex = 1,

@@ -49,7 +49,8 @@ Larynx Larynx::thesis_medium() { return in_levels({3, 1, 2, 3, 1, 6, 1, 4, 3, 3}
 namespace {
 
 Larynx::Triangulated refined(const Larynx::Triangulated& how, double factor) {
-  return {how.size / factor, how.growth / factor, 4 * static_cast<int>(std::round(how.around * factor / 4))};
+  return {how.size / factor, how.growth / factor, 4 * static_cast<int>(std::round(how.around * factor / 4)),
+          how.tip_cut};
 }
 
 Larynx::Levels refined(Larynx::Levels how, double factor) {
@@ -156,6 +157,8 @@ void validate(const Larynx::Shape& shape, const Larynx::Triangulated& how) {
   require_positive("size", how.size);
   if (!(how.growth >= 0) || !std::isfinite(how.growth))
     throw InvalidInput("Larynx", "growth", how.growth, "", ">= 0");
+  if (!(how.tip_cut >= 0) || !std::isfinite(how.tip_cut))
+    throw InvalidInput("Larynx", "tip_cut", how.tip_cut, "", ">= 0");
   require_lines(how.around);
   const double height = shape.sections[shape.layers_to_section].z - shape.sections[shape.layers_from_section].z;
   double area = 0;  // m^2, of the half section

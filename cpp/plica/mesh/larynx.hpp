@@ -60,6 +60,10 @@ struct Larynx {
     /// Mesh lines around the airway, a multiple of 4, >= 8; at (x, y) = (minor cos t, major sin t) on the ellipse
     /// and at the angle t on the cylinder, t even.
     int around = 12;
+    /// >= 0: quads between the last two lines are cut from the tip where the airway's line before it is less than
+    /// this times its distance from the tip off the middle plane. Cut from that line they would be flat there, and
+    /// first to turn inside out.
+    double tip_cut = 0.1;
   };
 
   Shape shape;

@@ -10,7 +10,7 @@ namespace plica {
 
 LarynxQuadrant larynx_quadrant(const Larynx::Shape& shape, const Larynx::Triangulated& how) {
   using Plane = Eigen::Vector2d;
-  LarynxQuadrant q{shape, half_section(shape, how), how.around / 4, {}};
+  LarynxQuadrant q{shape, half_section(shape, how), how.around / 4, how.tip_cut, {}};
   const LarynxLayers layers(shape);
   const auto count = static_cast<std::int32_t>(q.section.vertices.size());
   q.mesh.points.resize(count * (q.lines + 1), 3);

@@ -13,7 +13,8 @@ struct LarynxQuadrant {
   const Larynx::Shape& shape;
   HalfSection section;
   int lines;
-  TetMesh mesh;  // points and cells
+  double tip_cut;  // Larynx::Triangulated
+  TetMesh mesh;    // points and cells
 
   std::int32_t node(std::int32_t vertex, int line) const { return vertex * (lines + 1) + line; }
   int line(std::int32_t node) const { return node % (lines + 1); }
@@ -33,11 +34,11 @@ struct LarynxQuadrant {
   }
   Eigen::Vector2d cylinder(double line) const { return shape.radius * direction(line); }
   /// Whether the tip, what lies behind it and the next line of the airway are nearly in a line, at a vertex of the
-  /// airway: within a tenth, where the glottis is narrow.
+  /// airway: where the glottis is narrow.
   bool narrow(std::int32_t vertex) const {
     const SectionVertex& own = section.vertices[static_cast<std::size_t>(vertex)];
     const Eigen::Vector2d next = direction(lines - 1);
-    return own.airway && own.minor * next[0] < 0.1 * shape.major * (1 - next[1]);
+    return own.airway && own.minor * next[0] < tip_cut * shape.major * (1 - next[1]);
   }
   /// Quads of even and odd lines are cut by turns: at the lower vertex on even lines. Those that begin at the tip
   /// of a narrow glottis are cut there, as the other triangles would be flat.

@@ -57,10 +57,10 @@ class Tissue(Part):
     bears along them rises by exp(stiffening (lambda^2 - 1)^2), lambda their stretch. Without `posture` and
     `strain` it does nothing."""
     matrix_stiffening: Annotated[Number, Field(ge=0, le=100)] = 0.0
-    """[-] How fast what lies between the fibres stiffens, in all directions, at a posture or in motion at finite
-    strain: its stress rises by 1 + matrix_stiffening w, w = tr E - ln J: half the square of a shear, and for a
-    stretch lambda at constant volume (lambda^2 + 2 / lambda - 3) / 2. Without `posture` and `strain` it does
-    nothing."""
+    """[-] How fast what lies between the fibres stiffens, in all directions, at a posture or in motion at
+    finite strain: its stress rises by 1 + matrix_stiffening w, w = tr E - ln J: half the square of a shear,
+    and for a stretch lambda at constant volume (lambda^2 + 2 / lambda - 3) / 2. Without `posture` and
+    `strain` it does nothing."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
     """[kg/m^3] Mass per volume."""
     viscosity: Annotated[Viscosity, Field(ge=0)] = Field(

@@ -70,6 +70,10 @@ class LarynxOptions(Part):
     """[m] Length of edges in the height range of the layers. Not for presets meshed in levels."""
     growth: Annotated[float, Field(ge=0)] | None = None
     """Increase of the edge length per distance from there. Not for presets meshed in levels."""
+    tip_cut: Annotated[float, Field(ge=0)] | None = None
+    """Cells at the ends of the glottis are cut from its tip where the surface of the fold, one mesh line
+    before it, is less than this times its distance from the tip off the middle plane; others are flat there,
+    and the first to turn inside out. Default: 0.1, with `folds` 1. Not for presets meshed in levels."""
     levels: tuple[Count, ...] | None = None
     """Presets meshed in levels: subdivisions between consecutive sections, one fewer than sections."""
     around: Annotated[int, Field(ge=8, le=MAX_LINES, multiple_of=4)] | None = None
@@ -80,6 +84,11 @@ class LarynxOptions(Part):
     """Presets meshed in levels: rings of cells across the ligament."""
     body_rings: Count | None = None
     """Presets meshed in levels: rings of cells across the body."""
+
+
+_TIP_CUT = (
+    1.0  # of a larynx whose folds are given: cells are cut from the tip below and above a narrow glottis, too
+)
 
 
 class Larynx(Part):
@@ -107,6 +116,8 @@ class Larynx(Part):
     def all_options(self) -> dict[str, Any]:
         """All fields of the engine's larynx, from the preset, its overrides and the folds, as plain data."""
         fields = dict(_engine.larynx_preset(self.larynx))
+        if self.folds is not None:
+            fields["tip_cut"] = _TIP_CUT
         fields |= self.options.model_dump(exclude_none=True)
         if self.folds is not None:
             fields |= self.folds.shape()
