@@ -31,7 +31,9 @@ COLUMNS = [
     "H1-H2 of the flow (dB)",
     "SPL at 0.3 m (dB)",
     "inferior edge leads (degrees)",
+    "peak contact pressure (kPa)",
     "peak strain",
+    "inverted cells",
     "error of linear tissue (%)",
     "periods' scatter (%)",
 ]
@@ -43,15 +45,20 @@ MEASURES = (
     ("flow_h1_h2", 1.0, ".1f"),
     ("sound_pressure_level", 1.0, ".1f"),
     ("vertical_phase_difference", 180 / np.pi, ".0f"),
+    ("peak_contact_pressure", 1e-3, ".1f"),
     ("peak_strain", 1.0, ".2f"),
 )
+LAYERS = ("body", "ligament", "cover")
 ACCURACY: dict[str, Mapping[str, Any]] = {
     "as it is": {},
     "mesh coarse": {"mesh.larynx": "coarse"},
-    "twice the step": {"time.step": "100 us"},
+    "mesh fine": {"mesh.larynx": "fine"},
+    "half the step": {"time.step": "25 us"},
 }
 PARTS: dict[str, Mapping[str, Any]] = {
     "as it is": {},
+    "matrix does not stiffen": {f"tissue.{layer}.matrix_stiffening": 0 for layer in LAYERS},
+    "linear tissue": {"strain": None},
     "without tract": {"tract": None},
     "without both": {"tract": None, "trachea": None},
     "tissue of the thesis": {"tissue": "normal"},
@@ -62,7 +69,7 @@ PARTS: dict[str, Mapping[str, Any]] = {
     "thickness of 4 mm": {"mesh.folds.thickness": "4 mm"},
     "cover half as stiff across": {"tissue.cover.E": 0.5},
     "body twice as stiff along": {"tissue.body.mu_fibre": 2.0},
-    "twice the viscosity": {f"tissue.{layer}.viscosity": 2.0 for layer in ("body", "ligament", "cover")},
+    "twice the viscosity": {f"tissue.{layer}.viscosity": 2.0 for layer in LAYERS},
     "0.2 kPa more": {"airflow.subglottal_pressure": 200.0},
 }
 """Numbers of tissue are factors, of the pressure what is added."""
@@ -97,14 +104,18 @@ def row(name: str, varied: str, scene: plica.Scene, start: float) -> list[object
             else format(factor * measures[key].value, how)
             for key, factor, how in MEASURES
         ]
-        neglected = 100 * linear_error(float(np.max(run["strain_neglected"])))
+        neglected = None
+        if scene.strain is None:
+            neglected = f"{100 * linear_error(float(np.max(run['strain_neglected']))):.0f}"
+        inverted = int(np.max(run["inverted_tissue"]))
         period = measures["period"]
         scatter = None if not period.value or period.spread is None else 100 * period.spread / period.value
     return [
         name,
         varied,
         *shown,
-        f"{neglected:.0f}",
+        inverted,
+        neglected,
         None if scatter is None else f"{scatter:.1f}",
     ]
 
@@ -120,12 +131,15 @@ def rows(options: Any) -> Iterator[list[object]]:
             | ({"time.step": options.step} if options.step else {})
         )
         for text, changes in varied.items():
+            if options.only and text not in options.only:
+                continue
             yield row(name, text, changed(scene, changes), options.start)
 
 
 if __name__ == "__main__":
     parser = script_parser(__doc__)
     parser.add_argument("--voices", nargs="+", default=VOICES, choices=VOICES)
+    parser.add_argument("--only", nargs="+", help="of the variations, e.g. 'as it is' 'mesh fine'")
     parser.add_argument("--isolate", choices=VOICES, help="vary the parts of this voice instead")
     parser.add_argument("--mesh", help="another larynx than the voice's, e.g. coarse")
     parser.add_argument("--step", type=float, metavar="S", help="another step than the voice's")

@@ -437,7 +437,8 @@ COMBINATIONS = (
         "reduction",
         "strain",
         "must be left out",
-        "a basis spans motion about one stiffness, and the tissue's force takes all nodes.",
+        "a basis spans motion about one stiffness, and the tissue's force takes all nodes. "
+        'With voice: without = ["strain"].',
         "construction",
         lambda scene: faults.of_linear_tissue(scene, "reduction"),
     ),
