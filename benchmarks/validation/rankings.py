@@ -71,6 +71,7 @@ def scene_of(place: Mapping[str, float]) -> plica.Scene:
     """The voice at a place of the ranges."""
     base = plica.Scene.of_voice("female")
     changes: dict[str, Any] = {
+        "strain": None,
         "mesh.larynx": "coarse",
         "time.step": 1e-4,
         "time.duration": DURATION,

@@ -44,7 +44,7 @@ def stiffer(layers: tuple[str, ...], factor: float) -> dict[str, float]:
 
 def onsets() -> Iterator[list[object]]:
     """Thresholds, one change at a time."""
-    base = plica.Scene.of_voice("female").replace({"mesh.larynx": "coarse", "output": None})
+    base = plica.Scene.of_voice("female").replace({"strain": None, "mesh.larynx": "coarse", "output": None})
 
     def found(changes: Mapping[str, Any]) -> str:
         return threshold(base.replace(dict(changes))).text

@@ -50,7 +50,7 @@ COLUMNS = [
 ]
 SLACKER = {
     f"tissue.{layer}.left": {"E": E, "E_fibre": along, "mu_fibre": along / 4}
-    for layer, E, along in (("body", 2.5e3, 8e3), ("ligament", 2e3, 12e3), ("cover", 2e3, 6e3))
+    for layer, E, along in (("body", 3.5e3, 11e3), ("ligament", 2.8e3, 17e3), ("cover", 2.8e3, 8.5e3))
 }
 LESIONS = ("polyp", "paralysis", "chink")
 ACCURACY: Mapping[str, Mapping[str, Any]] = {

@@ -10,6 +10,7 @@ A voice is `plica.Scene.of_voice(NAME)`; means over the steady cycles from `--fr
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -122,6 +123,7 @@ def row(name: str, varied: str, scene: plica.Scene, start: float) -> list[object
 
 def rows(options: Any) -> Iterator[list[object]]:
     varied = PARTS if options.isolate else ACCURACY
+    wanted: list[tuple[str, str, plica.Scene]] = []
     for name in [options.isolate] if options.isolate else options.voices:
         scene = plica.Scene.of_voice(name)
         if options.mesh:
@@ -130,10 +132,13 @@ def rows(options: Any) -> Iterator[list[object]]:
             {"time.duration": options.duration, "output.every": None, "output.start": None}
             | ({"time.step": options.step} if options.step else {})
         )
-        for text, changes in varied.items():
-            if options.only and text not in options.only:
-                continue
-            yield row(name, text, changed(scene, changes), options.start)
+        wanted += [
+            (name, text, changed(scene, changes))
+            for text, changes in varied.items()
+            if not options.only or text in options.only
+        ]
+    with ProcessPoolExecutor(options.jobs) as pool:
+        yield from pool.map(row, *zip(*wanted, strict=True), [options.start] * len(wanted))
 
 
 if __name__ == "__main__":
@@ -145,5 +150,6 @@ if __name__ == "__main__":
     parser.add_argument("--step", type=float, metavar="S", help="another step than the voice's")
     parser.add_argument("--duration", type=float, default=0.3, metavar="S")
     parser.add_argument("--from", dest="start", type=float, default=0.15, metavar="S")
+    parser.add_argument("--jobs", type=int, default=1, help="voices at a time")
     chosen = parser.parse_args()
     record("people_isolated" if chosen.isolate else "people", COLUMNS, rows(chosen))

@@ -8,8 +8,8 @@ A woman's voice, from lungs to lips, on a coarse mesh: computed, measured and lo
 # %%
 # A scene is one voice and what you change of it. ``plica.Scene.of_voice`` takes ``"male"``, ``"female"``
 # or ``"child"``; :doc:`every key of a scene </scene>` can be changed by its path, and a quantity is a
-# text with a unit. A coarse mesh and a longer step make this tutorial quick; the numbers of the mesh
-# ``demo`` are in :doc:`/voices`.
+# text with a unit. A coarse mesh makes this tutorial quick; the numbers of the mesh ``demo`` are in
+# :doc:`/voices`.
 
 import tempfile
 import warnings
@@ -23,7 +23,7 @@ import plica
 warnings.simplefilter("ignore", plica.CautionWarning)  # they are printed at the end
 folder = Path(tempfile.mkdtemp())
 scene = plica.Scene.of_voice("female").replace(
-    {"mesh.larynx": "coarse", "time.step": "100 us", "time.duration": "0.12 s", "output.start": "0.1 s"}
+    {"mesh.larynx": "coarse", "time.duration": "0.12 s", "output.start": "0.1 s"}
 )
 run = plica.run(scene, folder / "female", progress=False)
 

@@ -6,8 +6,8 @@ The same folds under three vocal tracts: /a/, /i/ and /u/, as sound, with their 
 """
 
 # %%
-# The woman's voice between lungs and lips (:doc:`/voices`), on a mesh that is quick. Only the shape of the
-# tract differs; its resonances act back on the folds.
+# The woman's voice between lungs and lips (:doc:`/voices`), on a coarse mesh and with linear tissue, which are
+# quick. Only the shape of the tract differs; its resonances act back on the folds.
 
 import tempfile
 import warnings
@@ -20,7 +20,7 @@ import plica
 warnings.simplefilter("ignore", plica.CautionWarning)
 folder = Path(tempfile.mkdtemp())
 speech = plica.Scene.of_voice("female").replace(
-    {"mesh.larynx": "coarse", "time": {"step": "50 us", "duration": "0.2 s"}}
+    {"mesh.larynx": "coarse", "strain": None, "time": {"step": "50 us", "duration": "0.2 s"}}
 )
 runs = {
     vowel: plica.run(speech.replace({"tract.vowel.name": vowel}), folder / vowel, progress=False)
