@@ -1,8 +1,8 @@
 """An octave sung by the cricothyroid muscle alone: python octave.py [DIR] [NOTES]
 
-The woman's voice of `voice = "female"` with fibres that stiffen, at rising activations of the muscle that
-lengthens the folds. Writes DIR/octave.wav (default: runs/octave), one note after the other, and prints the
-pitch of each; a run that is there already is kept. Some minutes for eight notes.
+The woman's voice of `voice = "female"` at rising activations of the muscle that lengthens the folds. Writes
+DIR/octave.wav (default: runs/octave), one note after the other, and prints the pitch of each; a run that is
+there already is kept. Some five minutes for eight notes.
 """
 
 from __future__ import annotations
@@ -16,18 +16,15 @@ from scipy.io import wavfile
 import plica
 
 HIGHEST = 0.6  # activation of the cricothyroid muscle
-STIFFENING = 3  # of fibres: a direction, not a measurement (docs/voices.md)
 FULL_SCALE = 5.0  # Pa
 
 
 def voice(cricothyroid: float) -> plica.Scene:
-    layers = {f"tissue.{layer}.stiffening": STIFFENING for layer in ("cover", "ligament", "body")}
     return plica.Scene.of_voice("female").replace(
         {
-            **layers,
             "mesh.larynx": "coarse",
             "posture": {"muscles": {"cricothyroid": cricothyroid}},
-            "time": {"step": "100 us", "duration": "0.3 s"},
+            "time.duration": "0.2 s",
         }
     )
 
