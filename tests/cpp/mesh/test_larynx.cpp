@@ -241,6 +241,9 @@ TEST_CASE("options out of range are refused by name") {
   CHECK(refusal([](Larynx& l) { l.shape.ligament_thickness = -1e-3; }) ==
         "Larynx: ligament_thickness = -0.001 m; must be > 0.");
   CHECK(refusal([](Larynx& l) { in_levels(l).body_rings = 0; }) == "Larynx: body_rings = 0; must be >= 1.");
+  CHECK(refusal([](Larynx& l) {
+          l.meshed = Larynx::Triangulated{0.35e-3, 0.7, 12, -0.5};
+        }) == "Larynx: tip_cut = -0.5; must be >= 0.");
 }
 
 TEST_CASE("a larynx of more nodes than can be numbered is refused before anything overflows") {

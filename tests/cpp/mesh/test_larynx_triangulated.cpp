@@ -240,6 +240,29 @@ TEST_CASE("where the glottis is narrow no edge runs from behind its tip to the a
   }
 }
 
+TEST_CASE("tip_cut says how wide a glottis may be whose cells are cut from its tip") {
+  int most = 0;
+  for (const int around : {12, 16})  // of one of them the turns of the cuts make none flat
+    for (const double tip_cut : {0.1, 1.0}) {
+      Larynx larynx = Larynx::coarse();
+      larynx.meshed = Larynx::Triangulated{0.35e-3, 0.7, around, tip_cut};
+      const TetMesh mesh = larynx_mesh(larynx);
+      std::set<std::int32_t> airway;
+      const Faces& faces = mesh.surface("airway");
+      airway.insert(faces.data(), faces.data() + faces.size());
+      int flat = 0;
+      for (const auto& [a, b] : unique_edges(mesh.cells))
+        for (const auto& [behind, next] : {std::pair{a, b}, std::pair{b, a}}) {
+          const double x = std::abs(mesh.points(next, 0)), y = std::abs(mesh.points(next, 1));
+          flat += mesh.points(behind, 0) == 0 && !airway.count(behind) && airway.count(next) && x > 0 &&
+                  x < larynx.shape.major - y;
+        }
+      if (tip_cut == 1.0) CHECK(flat == 0);
+      if (tip_cut == 0.1) most = std::max(most, flat);
+    }
+  CHECK(most > 0);
+}
+
 TEST_CASE("layers along the normal are as thick as stated across the surface, in the plane y = 0") {
   Larynx larynx = Larynx::fine();
   larynx.shape.layers_along = Larynx::LayersAlong::normal;

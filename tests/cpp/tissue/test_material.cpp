@@ -197,6 +197,7 @@ TEST_CASE("every bound of a material is named with its value") {
   refused([](Material&, Law& l) { l.fibre.setZero(); }, "length of fibre = 0; must be > 0.");
   refused([](Material& m, Law&) { m.density = 0; }, "density = 0 kg/m^3; must be > 0.");
   refused([](Material& m, Law&) { m.viscosity = -4; }, "viscosity = -4 Pa s; must be >= 0.");
+  refused([](Material& m, Law&) { m.matrix_stiffening = -1; }, "matrix_stiffening = -1; must be >= 0.");
   refused([&](Material& m, Law&) { m.viscosity = nan; }, "viscosity = nan Pa s; must be finite.");
   refused([](Material& m, Law&) { m.elasticity = Isotropic{1e3, 0.5}; }, "nu = 0.5; must be < 0.5.");
   refused([](Material& m, Law&) { m.elasticity = Isotropic{1e3, -1}; }, "nu = -1; must be > -1.");
