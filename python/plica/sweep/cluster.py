@@ -75,16 +75,14 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
 def prepare() -> None:
     """Start the process whose forks the workers of `cluster` are: it imports while the caller goes on."""
     forkserver.set_forkserver_preload(_IMPORTED)
-    before = {name: os.environ.get(name) for name in _ENVIRONMENT}
+    own = {name: os.environ[name] for name in _ENVIRONMENT if name in os.environ}
     os.environ.update(_ENVIRONMENT)
     try:
         forkserver.ensure_running()
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        os.environ.update(own)
+        for name in _ENVIRONMENT.keys() - own.keys():
+            del os.environ[name]
 
 
 def require_main() -> None:
