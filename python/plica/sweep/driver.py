@@ -25,6 +25,8 @@ _WINDOW = 3
 """Cases in the hands of the scheduler, a worker: none of them waits for the driver, and none is far ahead."""
 _LOOK = 0.5
 """[s] Between two looks at a request to stop."""
+_LIBRARIES = ("distributed", "zarr", "h5netcdf", "xarray", "dask.array")
+"""Of the driver, the last for xarray's first data set: imported while the workers' server imports its own."""
 _LOST = "Repeat the same command to continue"
 
 
@@ -80,7 +82,7 @@ def run(
     _require_free(directory)
     if scheduler is None:
         prepare()
-    for name in ("distributed", "zarr", "h5netcdf", "xarray"):  # beside those of the workers
+    for name in _LIBRARIES:
         needed(name)
     _ = plan.record  # whose files must be there, before anything is made
     with storage_errors(directory):
