@@ -8,8 +8,8 @@ those of one with 4, each a case more: of the one worker, and of the driver with
 --repeats. Full: 24 voices in a row in one process, and on two workers, which are started for them, in turn;
 wall time, what is stored included. Short ones (20 ms) in a session that has done so before, and they and
 those as long as voices are (0.2 s) by new processes, from their start to their end; medians of --repeats, of
-the last of --long-repeats. A pair is begun, and counts, while nobody else takes more than a tenth of a core;
-where that is waited for in vain, for --patience minutes in all, the record says so. Record: `sweep_cost`.
+the last of --long-repeats. A pair counts if others took at most a tenth of a core meanwhile; after --patience
+minutes without such a pair any counts, and the record says what others took. Record: `sweep_cost`.
 """
 
 from __future__ import annotations
@@ -37,24 +37,24 @@ from plica.sweep.case import Task, run_case
 
 FEW = 4
 BUSY = 0.1  # cores
-LOOK = 3.0  # s
 VARIED = {"airflow.subglottal_pressure": "0.68:0.75 kPa", "tissue.cover.viscosity": "0.13:0.15 Pa s"}
 LENGTHS = {"of 20 ms": 0.02, "of 0.2 s": 0.2}
 GRID = {"airflow.subglottal_pressure": "0.6:1.0:8 kPa", "tissue.cover.viscosity": "0.1, 0.14, 0.18 Pa s"}
-PROCESS = "import sys; from benchmarks.voice.sweep_cost import side; side(*sys.argv[1:])"
+PROCESS = "import sys; from benchmarks.voice.sweep_cost import side; print(side(*sys.argv[1:]))"
 
 
-def side(scene: str, folder: str, workers: str) -> None:
-    """24 voices in a row, or on workers."""
+def side(scene: str, folder: str, workers: str) -> float:
+    """24 voices in a row, or on workers; CPU seconds of this process and of its children until now."""
     plan = sweep.Plan.make(scene, GRID)
     if workers == "0":
         for case in range(len(plan)):
             task = Task(case, plan.case_digest(case), plan.subject, plan.changes(case), (), plica.__version__)
             assert run_case(task).status == "done"
-        return
+        return cpu_of_self() + cpu_of_workers()
     shutil.rmtree(folder, ignore_errors=True)
     found = sweep.run(plan, folder, workers=int(workers), progress=False)
     assert found.counts["done"] == len(plan) == 24
+    return cpu_of_self() + cpu_of_workers()
 
 
 def cpu_of_self() -> float:
@@ -63,18 +63,15 @@ def cpu_of_self() -> float:
 
 
 def cpu_of_workers() -> float:
-    """Of those that have ended: forks of a child of this process."""
+    """Of the process that they are forks of, and of those that have ended."""
     used = [child.cpu_times() for child in psutil.Process().children()]
-    return float(sum(one.children_user + one.children_system for one in used))
+    return float(sum(one.user + one.system + one.children_user + one.children_system for one in used))
 
 
-def cores_of_others() -> float:
-    """That are busy while this process waits."""
-    before = psutil.cpu_times()
-    time.sleep(LOOK)
-    spent = [after - ago for after, ago in zip(psutil.cpu_times(), before, strict=True)]
-    idle = [psutil.cpu_times()._fields.index(name) for name in ("idle", "iowait")]
-    return (sum(spent) - sum(spent[k] for k in idle)) / LOOK
+def cpu_of_all() -> float:
+    """Of the machine."""
+    used = psutil.cpu_times()
+    return float(sum(used) - used.idle - used.iowait - used.guest - used.guest_nice)
 
 
 class Quiet:
@@ -84,20 +81,33 @@ class Quiet:
         self.until = time.monotonic() + patience
         self.busiest = 0.0
 
-    def measured(self, cost: Callable[[], list[float]]) -> list[float]:
+    def measured(self, costs: Callable[[], list[tuple[float, float]]]) -> list[float]:
+        """Wall times of costs, which are wall times with own CPU seconds."""
         while True:
-            while (others := cores_of_others()) > BUSY and time.monotonic() < self.until:
-                time.sleep(LOOK)
-            found = cost()
-            others = max(others, cores_of_others())
-            print(f"{found} with {others:.2f} cores of others", file=sys.stderr, flush=True)
+            while self.others(nothing)[1] > BUSY and time.monotonic() < self.until:
+                pass
+            found, others = self.others(costs)
+            print(f"{found}, {others:.2f} cores by others", file=sys.stderr, flush=True)
             if others <= BUSY or time.monotonic() >= self.until:
                 self.busiest = max(self.busiest, others)
-                return found
+                return [wall for wall, _ in found]
+
+    @staticmethod
+    def others(costs: Callable[[], list[tuple[float, float]]]) -> tuple[list[tuple[float, float]], float]:
+        """The costs, and cores that others took meanwhile."""
+        start, before = time.monotonic(), cpu_of_all()
+        found = costs()
+        spent = cpu_of_all() - before - sum(own for _, own in found)
+        return found, spent / (time.monotonic() - start)
 
     @property
     def said(self) -> str:
-        return f"Of the wall times: others took up to {self.busiest:.1f} of {psutil.cpu_count()} cores."
+        return f"Beside the wall times others took up to {self.busiest:.2f} of {psutil.cpu_count()} cores."
+
+
+def nothing() -> list[tuple[float, float]]:
+    time.sleep(3.0)
+    return []
 
 
 class Costs:
@@ -138,13 +148,13 @@ class Costs:
         return cpu_of_workers() - worker, cpu_of_self() - driver
 
     def of_workers(
-        self, seconds: float, what: str, cost: Callable[[str, str, str], float], repeats: int
+        self, seconds: float, what: str, cost: Callable[[str, str, str], tuple[float, float]], repeats: int
     ) -> Iterator[list[str]]:
         """Wall time in a row and on two workers, and the ratio of neighbours."""
         scene, folder = self.folder / "full.toml", str(self.folder / "sweep")
         scene_of("quarter", "quiet").replace({"time.duration": seconds}).save(scene)
 
-        def pair() -> list[float]:
+        def pair() -> list[tuple[float, float]]:
             return [cost(str(scene), folder, workers) for workers in "02"]
 
         found = [self.quiet.measured(pair) for _ in range(repeats)]
@@ -153,15 +163,16 @@ class Costs:
         yield [f"{what}, on two workers (s)", f"{both:.1f}"]
         yield [f"{what}, ratio", f"{median(one / other for one, other in found):.2f}"]
 
-    def here(self, *given: str) -> float:
-        start = time.monotonic()
-        side(*given)
-        return time.monotonic() - start
+    def here(self, *given: str) -> tuple[float, float]:
+        start, before = time.monotonic(), cpu_of_self() + cpu_of_workers()
+        after = side(*given)
+        return time.monotonic() - start, after - before
 
-    def process(self, *given: str) -> float:
+    def process(self, *given: str) -> tuple[float, float]:
         start = time.monotonic()
-        subprocess.run([sys.executable, "-c", PROCESS, *given], check=True, cwd=ROOT)
-        return time.monotonic() - start
+        command = [sys.executable, "-c", PROCESS, *given]
+        told = subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.PIPE, text=True).stdout
+        return time.monotonic() - start, float(told.split()[-1])
 
 
 def main() -> None:
