@@ -1,15 +1,16 @@
 """What a case of `plica sweep` costs beside its steps, and two workers beside one process.
 
-    python -m benchmarks.voice.sweep_cost -o runs/sweeps
+    python -m benchmarks.voice.sweep_cost cases -o runs/sweeps
+    python -m benchmarks.voice.sweep_cost workers -o runs/sweeps
 
-Reduced: the voice of `reduced_command`, 0.4 s, whose full run and basis are made in the folder where they are
+Cases: the voice of `reduced_command`, 0.4 s, whose full run and basis are made in the folder where they are
 missing; cases differ in pressure and tissue. CPU seconds of a case are those of a sweep with --cases less
 those of one with 4, each a case more: of the one worker, and of the driver with its scheduler; medians of
---repeats. Full: 24 voices in a row in one process, and on two workers, which are started for them, in turn;
+--repeats. Record: `sweep_cost`. Workers: 24 voices in a row in one process, and on two workers, which are started for them, in turn;
 wall time, what is stored included. Short ones (20 ms) in a session that has done so before, and they and
 those as long as voices are (0.2 s) by new processes, from their start to their end; medians of --repeats, of
 the last of --long-repeats. A pair counts if others took at most a tenth of a core meanwhile; after --patience
-minutes without such a pair any counts, and the record says what others took. Record: `sweep_cost`.
+minutes without such a pair any counts, and the record says what others took. Record: `sweep_workers`.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from functools import cached_property
 from pathlib import Path
 from statistics import median
 
@@ -116,16 +118,21 @@ class Costs:
     def __init__(self, options: argparse.Namespace) -> None:
         self.folder, self.cases = of_this_engine(options.output), options.cases
         self.repeats, self.long_repeats = options.repeats, options.long_repeats
-        self.commands = Commands(self.folder, self.repeats)
         self.quiet = Quiet(60 * options.patience)
 
-    def rows(self) -> Iterator[list[str]]:
+    @cached_property
+    def commands(self) -> Commands:
+        return Commands(self.folder, self.repeats)
+
+    def rows_of_cases(self) -> Iterator[list[str]]:
         worker, driver = self.of_a_case()
         steps = median(self.commands.repeated(self.commands.steps))
         yield ["steps of a reduced case alone (CPU s)", f"{steps:.2f}"]
         yield ["a reduced case, worker (CPU s)", f"{worker:.2f}"]
         yield ["a reduced case, driver (CPU s)", f"{driver:.3f}"]
         yield ["a reduced case, in its steps", f"{(worker + driver) / steps:.2f}"]
+
+    def rows_of_workers(self) -> Iterator[list[str]]:
         yield from self.of_workers(0.02, "24 full voices of 20 ms", self.here, self.repeats)
         for name, seconds in LENGTHS.items():
             repeats = self.repeats if seconds < 0.1 else self.long_repeats
@@ -177,6 +184,7 @@ class Costs:
 
 def main() -> None:
     parser = script_parser(__doc__)
+    parser.add_argument("what", choices=["cases", "workers"])
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder of the runs")
     parser.add_argument("--cases", type=int, default=36, help="of the longer sweep")
     parser.add_argument("--repeats", type=int, default=5)
@@ -186,8 +194,11 @@ def main() -> None:
     plica.set_threads(1)
     warnings.simplefilter("ignore", plica.CautionWarning)
     costs = Costs(options)
-    rows = list(costs.rows())
-    record("sweep_cost", ["what", "cost"], rows, costs.quiet.said)
+    if options.what == "cases":
+        record("sweep_cost", ["what", "cost"], costs.rows_of_cases())
+    else:
+        rows = list(costs.rows_of_workers())
+        record("sweep_workers", ["what", "cost"], rows, costs.quiet.said)
 
 
 if __name__ == "__main__":
