@@ -6,11 +6,13 @@
 Cases: the voice of `reduced_command`, 0.4 s, whose full run and basis are made in the folder where they are
 missing; cases differ in pressure and tissue. CPU seconds of a case are those of a sweep with --cases less
 those of one with 4, each a case more: of the one worker, and of the driver with its scheduler; medians of
---repeats. Record: `sweep_cost`. Workers: 24 voices in a row in one process, and on two workers, which are started for them, in turn;
-wall time, what is stored included. Short ones (20 ms) in a session that has done so before, and they and
-those as long as voices are (0.2 s) by new processes, from their start to their end; medians of --repeats, of
-the last of --long-repeats. A pair counts if others took at most a tenth of a core meanwhile; after --patience
-minutes without such a pair any counts, and the record says what others took. Record: `sweep_workers`.
+--repeats. Record: `sweep_cost`.
+
+Workers: 24 full voices in a row in one process, and on two workers, which are started for them, in turn; wall
+time, what is stored included. Short ones (20 ms) in a session that has done so before, and they and those as
+long as voices are (0.2 s) by new processes, from their start to their end; medians of --repeats, of the last
+of --long-repeats. A pair counts if others took at most a tenth of a core meanwhile; after --patience minutes
+without such a pair any counts, and the record says what others took. Record: `sweep_workers`.
 """
 
 from __future__ import annotations
