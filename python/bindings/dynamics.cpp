@@ -4,6 +4,7 @@
 #include "dynamics_state.hpp"
 #include "engine.hpp"
 #include "options.hpp"
+#include "plica/dynamics/last_basis.hpp"
 #include "plica/dynamics/posture.hpp"
 #include "plica/dynamics/rigid_motion.hpp"
 #include "plica/dynamics/simulation.hpp"
@@ -173,6 +174,7 @@ void bind_enforcement(py::module_& engine) {
 }
 
 void bind_reduction(py::module_& engine) {
+  py::class_<LastBasis, std::shared_ptr<LastBasis>>(engine, "LastBasis").def(py::init<>());
   options<Reduction>("Reduction", taken("basis", &Reduction::basis),
                      option("watch_every", &Reduction::watch_every),
                      option("damping_ratio", &Reduction::damping_ratio))
@@ -304,8 +306,8 @@ std::unique_ptr<SteppedSimulation> make_simulation(
     const LinearSolver::Method& solver, bool lumped_mass, std::optional<AirflowPart> airflow,
     std::optional<ContactPart> contact, std::vector<Load> loads, std::optional<Vec3> gravity,
     std::optional<RealArray> displacement, std::optional<RealArray> velocity, std::optional<py::array> probes,
-    std::optional<Reduction> reduction, const std::optional<std::string>& symmetry,
-    const std::optional<FiniteStrain>& strain) {
+    std::optional<Reduction> reduction, std::shared_ptr<LastBasis> last_basis,
+    const std::optional<std::string>& symmetry, const std::optional<FiniteStrain>& strain) {
   Scene scene =
       make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
   scene.airflow = std::move(airflow);
@@ -313,6 +315,7 @@ std::unique_ptr<SteppedSimulation> make_simulation(
   if (displacement) scene.displacement = to_points(*displacement, "Simulation", "displacement");
   if (velocity) scene.velocity = to_points(*velocity, "Simulation", "velocity");
   scene.reduction = std::move(reduction);
+  if (scene.reduction) scene.reduction->last = std::move(last_basis);
   if (symmetry) scene.symmetry = Shown<Symmetry>::take(*symmetry, "Simulation", "symmetry");
   scene.strain = strain;
   Simulation::Options options;
@@ -403,8 +406,8 @@ void bind_dynamics(py::module_& engine) {
            py::arg("solver") = options.solver.method, py::arg("lumped_mass") = false,
            py::arg("airflow") = py::none(), py::arg("contact") = py::none(), py::arg("loads") = py::list(),
            py::arg("gravity") = py::none(), py::arg("displacement") = py::none(), py::arg("velocity") = py::none(),
-           py::arg("probes") = py::none(), py::arg("reduction") = py::none(), py::arg("symmetry") = py::none(),
-           py::arg("strain") = py::none())
+           py::arg("probes") = py::none(), py::arg("reduction") = py::none(), py::arg("last_basis") = py::none(),
+           py::arg("symmetry") = py::none(), py::arg("strain") = py::none())
       .def("advance", &SteppedSimulation::advance, py::arg("steps"), py::arg("waveforms") = py::none())
       .def("state", [](const SteppedSimulation& self) { return state_to_dict(self.simulation().state()); })
       .def(

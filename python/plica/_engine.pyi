@@ -37,6 +37,7 @@ __all__: list[str] = [
     "Isotropic",
     "Iterated",
     "Lagged",
+    "LastBasis",
     "Load",
     "Material",
     "Mortar",
@@ -525,6 +526,7 @@ class Simulation:
         velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
         probes: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]] | None = None,
         reduction: Reduction | None = None,
+        last_basis: LastBasis = None,
         symmetry: str | None = None,
         strain: FiniteStrain | None = None,
     ) -> None: ...
@@ -946,6 +948,9 @@ class Contact:
     def surface_mass(self) -> str: ...
     @property
     def tolerance(self) -> float: ...
+
+class LastBasis:
+    def __init__(self) -> None: ...
 
 class Reduction:
     _defaults: typing.ClassVar[dict[str, typing.Any]] = {"watch_every": 20, "damping_ratio": None}

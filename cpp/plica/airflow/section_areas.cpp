@@ -1,6 +1,7 @@
 #include "plica/airflow/section_areas.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -84,6 +85,8 @@ SectionAreas SectionAreas::cut(const TetMesh& mesh, const Faces& surface, Sectio
     int right = 0, left = 0;  // how often the line enters the tissue, and leaves it, toward larger x
   };
   std::vector<Row> rows;
+  std::array<double, stations> along;  // of the lines, in half depths from the middle
+  for (int j = 0; j < stations; ++j) along[static_cast<std::size_t>(j)] = std::cos(pi * (j + 0.5) / stations);
   const double range = height[count - 1] - height[0];
   for (int attempt = 1;; ++attempt) {
     rows.assign(static_cast<std::size_t>(count * stations), {});
@@ -100,7 +103,7 @@ SectionAreas SectionAreas::cut(const TetMesh& mesh, const Faces& surface, Sectio
            i < count && height[i] + up <= high; ++i)
         for (int j = 0; j < stations; ++j) {
           const Eigen::Vector2d q(
-              sections.middle[i] + sections.major[i] * (std::cos(pi * (j + 0.5) / stations) + ahead),
+              sections.middle[i] + sections.major[i] * (along[static_cast<std::size_t>(j)] + ahead),
               height[i] + up);
           double part[3];
           for (int c = 0; c < 3; ++c) part[c] = cross(p[(c + 1) % 3] - q, p[(c + 2) % 3] - q) / twice;
@@ -120,8 +123,7 @@ SectionAreas SectionAreas::cut(const TetMesh& mesh, const Faces& surface, Sectio
     if (attempt < 8) continue;
     const std::ptrdiff_t i = (open - rows.begin()) / stations, j = (open - rows.begin()) % stations;
     throw InvalidInput("Airflow: interface at (y, z) = (" +
-                       number_text(sections.middle[i] +
-                                   sections.major[i] * std::cos(pi * (static_cast<double>(j) + 0.5) / stations)) +
+                       number_text(sections.middle[i] + sections.major[i] * along[static_cast<std::size_t>(j)]) +
                        ", " + number_text(height[i]) + ") m is met " + std::to_string(open->left) +
                        " times on the side of smaller x, " + std::to_string(open->right) +
                        " times on that of larger x; must be met equally often, and at least once. "

@@ -133,22 +133,34 @@ MaterialPoint point_at(const Line& line, double height, double tolerance) {
   return point;
 }
 
-/// Least and largest y of the interface at a height.
-std::pair<double, double> depth(const Points& points, const Triangles& triangles, double height,
-                                double tolerance) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  const auto include = [&](double y) { low = std::min(low, y), high = std::max(high, y); };
-  for (const auto& triangle : triangles.rowwise())
-    for (int c = 0; c < 3; ++c) {
-      const auto a = triangle[c], b = triangle[(c + 1) % 3];
-      const double below = points(a, 2) - height, above = points(b, 2) - height;
-      if (std::abs(below) <= tolerance)
-        include(points(a, 1));
-      else if (below * above < 0)
-        include(points(a, 1) + below / (below - above) * (points(b, 1) - points(a, 1)));
-    }
-  return {low, high};
-}
+/// Least and largest y of the interface at each of ascending heights.
+struct Depths {
+  Vector low, high;
+
+  Depths(const Points& points, const Triangles& triangles, const Vector& heights, double tolerance)
+      : low(Vector::Constant(heights.size(), std::numeric_limits<double>::infinity())), high(-low) {
+    for (const auto& triangle : triangles.rowwise())
+      for (int c = 0; c < 3; ++c) {
+        const auto a = triangle[c], b = triangle[(c + 1) % 3];
+        const auto [bottom, top] = std::minmax({points(a, 2), points(b, 2)});
+        const double lowest = bottom - 2 * tolerance, highest = top + 2 * tolerance;  // beyond round-off
+        for (auto i = std::lower_bound(heights.begin(), heights.end(), lowest) - heights.begin();
+             i < heights.size() && heights[i] <= highest; ++i) {
+          const double below = points(a, 2) - heights[i], above = points(b, 2) - heights[i];
+          if (std::abs(below) <= tolerance)
+            include(i, points(a, 1));
+          else if (below * above < 0)
+            include(i, points(a, 1) + below / (below - above) * (points(b, 1) - points(a, 1)));
+        }
+      }
+  }
+
+ private:
+  void include(std::ptrdiff_t i, double y) {
+    low[i] = std::min(low[i], y);
+    high[i] = std::max(high[i], y);
+  }
+};
 
 /// How many more cells at the nodes of the line are of the right fold than of the left one.
 int right_cells(const TetMesh& mesh, const Line& line) {
@@ -217,12 +229,10 @@ struct Coronal {
     Sections sections;
     sections.toward_right = toward_right;
     sections.height = Eigen::Map<const Vector>(heights.data(), static_cast<std::ptrdiff_t>(heights.size()));
-    sections.major.resize(sections.count());
-    sections.middle.resize(sections.count());
+    const Depths depths(mesh.points, triangles, sections.height, on_plane);
+    sections.major = (depths.high - depths.low) / 2;
+    sections.middle = (depths.high + depths.low) / 2;
     for (std::ptrdiff_t i = 0; i < sections.count(); ++i) {
-      const auto [low, high] = depth(mesh.points, triangles, sections.height[i], on_plane);
-      sections.major[i] = (high - low) / 2;
-      sections.middle[i] = (high + low) / 2;
       sections.right.push_back(point_at(right, sections.height[i], same_height));
       sections.left.push_back(point_at(left, sections.height[i], same_height));
     }
@@ -297,11 +307,12 @@ Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {
   const int samples = 20 * count + 1;
   const Vector z = Vector::LinSpaced(samples, low, high);
   const Vector area = cut_areas(mesh.points, coronal.triangles, z);
+  const Depths depths(mesh.points, coronal.triangles, z, coronal.on_plane);
   Vector below = Vector::Zero(samples);  // sections up to z, but for a factor
   double last = 0;
   for (int k = 0; k < samples; ++k) {
-    const auto [front, back] = depth(mesh.points, coronal.triangles, z[k], coronal.on_plane);
-    const double density = 1 / (std::max(area[k], 0.0) / ((back - front) * (back - front)) + 0.05);
+    const double depth = depths.high[k] - depths.low[k];
+    const double density = 1 / (std::max(area[k], 0.0) / (depth * depth) + 0.05);
     if (k > 0) below[k] = below[k - 1] + (last + density) / 2;
     last = density;
   }

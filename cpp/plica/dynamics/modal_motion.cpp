@@ -11,48 +11,26 @@ namespace plica {
 
 namespace {
 
-template <typename Matrix>
-Eigen::MatrixXd times(const Matrix& A, const Eigen::MatrixXd& X) {
-  Eigen::MatrixXd Y(X.rows(), X.cols());
-  for (std::ptrdiff_t j = 0; j < X.cols(); ++j) Y.col(j) = A * Vector(X.col(j));
-  return Y;
-}
-
 Eigen::MatrixXd symmetric(const Eigen::MatrixXd& A) { return 0.5 * (A + A.transpose()); }
-
-/// An M-orthonormal basis of the columns of B. Twice: what is left of nearly parallel columns is then orthonormal
-/// to round-off too.
-Eigen::MatrixXd orthonormal(const NodalMatrix& M, Eigen::MatrixXd B) {
-  constexpr double independent = 1e-12;  // of the largest eigenvalue: 1e-6 of a length
-  for (int round = 0; round < 2; ++round) {
-    for (std::ptrdiff_t j = 0; j < B.cols(); ++j)
-      if (const double norm = std::sqrt(B.col(j).dot(M * Vector(B.col(j)))); norm > 0) B.col(j) /= norm;
-    const auto [size, vectors] = symmetric_eigenpairs(symmetric(B.transpose() * times(M, B)));
-    if (!(size.maxCoeff() > 0))
-      throw InvalidInput("Reduction: the basis moves nothing; must have a vector that moves a node that is free.");
-    const std::ptrdiff_t kept = (size.array() > independent * size.maxCoeff()).count();
-    const Vector scale = size.tail(kept).cwiseSqrt().cwiseInverse();
-    B = Eigen::MatrixXd(B * vectors.rightCols(kept) * scale.asDiagonal());
-  }
-  return B;
-}
 
 }  // namespace
 
-ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors, std::optional<double> damping_ratio)
+ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors, std::optional<double> damping_ratio,
+                         LastBasis* last)
     : scheme_(motion.scheme()), step_(motion.step()), images_(motion.images()) {
   Eigen::MatrixXd basis = vectors;
   for (std::ptrdiff_t i = 0; i < basis.rows(); ++i)
     if (motion.supports().fixed(i)) basis.row(i).setZero();
-  basis = orthonormal(motion.mass(), std::move(basis));
-  const Eigenpairs ritz = symmetric_eigenpairs(symmetric(basis.transpose() * times(motion.stiffness(), basis)));
+  basis = last ? last->orthonormal(motion.mass(), basis) : mass_orthonormal(motion.mass(), std::move(basis));
+  const Eigenpairs ritz =
+      symmetric_eigenpairs(symmetric(basis.transpose() * times_columns(motion.stiffness(), basis)));
   stiffness_ = ritz.values;
   shapes_ = basis * ritz.vectors;
-  momenta_ = times(motion.mass(), shapes_);
+  momenta_ = times_columns(motion.mass(), shapes_);
   if (damping_ratio)
     viscosity_ = Eigen::MatrixXd((2 * *damping_ratio * stiffness_.cwiseMax(0).cwiseSqrt()).asDiagonal());
   else if (motion.viscosity())
-    viscosity_ = symmetric(shapes_.transpose() * times(*motion.viscosity(), shapes_));
+    viscosity_ = symmetric(shapes_.transpose() * times_columns(*motion.viscosity(), shapes_));
   const auto [alpha, beta, gamma] = scheme_;
   const Eigen::MatrixXd A = step_matrix((1 + alpha) * gamma * step_, (1 + alpha) * beta * step_ * step_);
   inverse_ = symmetric(A.llt().solve(Eigen::MatrixXd::Identity(size(), size())));

@@ -1,5 +1,6 @@
 #pragma once
 #include "plica/core/panel_matrix.hpp"
+#include "plica/dynamics/last_basis.hpp"
 #include "plica/dynamics/motion.hpp"
 
 namespace plica {
@@ -11,9 +12,10 @@ class ModalMotion {
  public:
   /// vectors (unknowns, any number): a basis, in whatever order and scale, of which held unknowns are taken out
   /// and directions that repeat others to 1e-6 are left out. With a damping ratio zeta in place of the motion's
-  /// viscosity C is diagonal, 2 zeta sqrt(k) of each coordinate of the stiffness k. Throws InvalidInput where
-  /// nothing is left.
-  ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors, std::optional<double> damping_ratio = {});
+  /// viscosity C is diagonal, 2 zeta sqrt(k) of each coordinate of the stiffness k. With `last` the basis of the
+  /// scene before is taken where it is the same. Throws InvalidInput where nothing is left.
+  ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors, std::optional<double> damping_ratio = {},
+              LastBasis* last = nullptr);
 
   std::ptrdiff_t size() const { return stiffness_.size(); }
   const Eigen::MatrixXd& shapes() const { return shapes_; }  // (unknowns, r)

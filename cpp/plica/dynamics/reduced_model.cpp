@@ -52,7 +52,7 @@ std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion
 ReducedModel::ReducedModel(const Scene& scene, const Motion& full, AirColumn* air)
     : scene_(scene),
       full_(full),
-      motion_(full, basis_of(scene, full), scene.reduction->damping_ratio),
+      motion_(full, basis_of(scene, full), scene.reduction->damping_ratio, scene.reduction->last.get()),
       positions_(positions_seen(scene, full, motion_, air ? &air->airflow() : nullptr)),
       air_(air) {
   if (air) flow_.emplace(air->airflow(), full, motion_, positions_, air->has_tubes());

@@ -1,6 +1,7 @@
 #include "plica/mesh/mirror.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -227,18 +228,26 @@ void MirrorImages::require_symmetric_field(const Vector& field, const std::strin
   require_size("MirrorImages", "the field", field.size(), 3 * node_of_.size());
   require_size("MirrorImages", "places", places.rows(), node_of_.size());
   const double least = symmetric * field.cwiseAbs().maxCoeff();
-  for (std::size_t plane = 0; plane < planes(); ++plane)
+  for (std::size_t plane = 0; plane < planes(); ++plane) {
+    const auto across = static_cast<std::ptrdiff_t>(plane);
     for (std::int32_t i = 0; i < node_of_.size(); ++i) {
-      Vector3 image = field.segment<3>(3 * static_cast<std::ptrdiff_t>(partner_[plane][i]));
-      image[static_cast<int>(plane)] *= -1;
-      const Vector3 here = field.segment<3>(3 * static_cast<std::ptrdiff_t>(i));
-      if (!((image - here).cwiseAbs().maxCoeff() <= least))
-        throw InvalidInput(
-            "Scene: symmetry: " + name + " at node " + std::to_string(i) + ", " + place_text(places.row(i)) +
-            ", is (" + number_text(here[0]) + ", " + number_text(here[1]) + ", " + number_text(here[2]) +
-            "), mirrored in " + plane_name(plane) + " (" + number_text(image[0]) + ", " + number_text(image[1]) +
-            ", " + number_text(image[2]) + "); must be the same. Leave symmetry out, or make it symmetric.");
+      const std::int32_t partner = partner_[plane][i];
+      if (partner < i) continue;  // the pair has been looked at
+      const double *here = field.data() + 3 * static_cast<std::ptrdiff_t>(i),
+                   *there = field.data() + 3 * static_cast<std::ptrdiff_t>(partner);
+      bool same = true;
+      for (std::ptrdiff_t k = 0; k < 3; ++k)
+        same &= std::abs(k == across ? there[k] + here[k] : there[k] - here[k]) <= least;
+      if (same) continue;
+      Vector3 image(there[0], there[1], there[2]);
+      image[across] *= -1;
+      throw InvalidInput("Scene: symmetry: " + name + " at node " + std::to_string(i) + ", " +
+                         place_text(places.row(i)) + ", is (" + number_text(here[0]) + ", " +
+                         number_text(here[1]) + ", " + number_text(here[2]) + "), mirrored in " +
+                         plane_name(plane) + " (" + number_text(image[0]) + ", " + number_text(image[1]) + ", " +
+                         number_text(image[2]) + "); must be the same. Leave symmetry out, or make it symmetric.");
     }
+  }
 }
 
 Vector MirrorImages::folded_symmetric(const Vector& force, const std::string& name, const Points& places) const {

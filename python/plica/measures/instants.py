@@ -26,6 +26,14 @@ def highest(time: Floats, signal: Floats, peak: int) -> tuple[float, float]:
     return float(time[peak]) + shift * step, at - 0.25 * (before - after) * shift
 
 
+def _above(signal: Floats, peak: int, way: int, level: float) -> int:
+    """Number of samples next to the peak, before (way = -1) or after it (1), that are above the level."""
+    k = peak + way
+    while 0 <= k < signal.size and signal[k] > level:
+        k += way
+    return abs(k - peak) - 1
+
+
 def summit(time: Floats, signal: Floats, peak: int, floor: float) -> float:
     """Instant of the maximum of a pulse, also for flanks of different slope.
 
@@ -35,14 +43,13 @@ def summit(time: Floats, signal: Floats, peak: int, floor: float) -> float:
     largest sample. m is the largest for which all of them are above 90 % of the range from `floor` to the
     largest. For three or more equal largest samples, `peak` being the first, it is their middle.
     """
-    lower = np.flatnonzero(signal[peak:] != signal[peak])
-    flat = int(lower[0]) if lower.size else 1
-    if flat > 2:
+    flat = 1
+    while peak + flat < signal.size and signal[peak + flat] == signal[peak]:
+        flat += 1
+    if 2 < flat < signal.size - peak:
         return float(0.5 * (time[peak] + time[peak + flat - 1]))
     level = floor + top_share * (signal[peak] - floor)
-    before = int(np.argmax(np.append(signal[:peak][::-1] <= level, True)))
-    after = int(np.argmax(np.append(signal[peak + 1 :] <= level, True)))
-    m = max(min(before, after) // 2, 1)
+    m = max(min(_above(signal, peak, -1, level), _above(signal, peak, 1, level)) // 2, 1)
     if peak < 2 * m or peak + 2 * m >= time.size:
         return highest(time, signal, peak)[0]
     y = [float(signal[peak + k * m]) for k in (-2, -1, 0, 1, 2)]

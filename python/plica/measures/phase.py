@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -34,15 +36,22 @@ def fundamental(time: Floats, signal: Floats, start: float, end: float) -> compl
     complex
         In units of the signal; NaN for fewer than four samples or one that is not finite.
     """
+    return fundamentals(time, (signal,), start, end)[0]
+
+
+def fundamentals(time: Floats, signals: Sequence[Floats], start: float, end: float) -> list[complex]:
+    """That of each of several signals, as `fundamental`, for little more than that of one."""
     first, last = np.searchsorted(time, (start, end))
-    values = np.asarray(signal[first:last], dtype=float)
-    if values.size < 4 or not np.isfinite(values).all():
-        return complex("nan")
+    values = np.stack([np.asarray(signal[first:last], dtype=float) for signal in signals], axis=1)
+    finite = np.isfinite(values).all(axis=0)
+    if len(values) < 4 or not finite.any():
+        return [complex("nan")] * len(signals)
     turn = 2 * np.pi * (time[first:last] - start) / (end - start)
-    orders = turn[:, None] * np.arange(1, min(harmonics, values.size // 4) + 1)
-    basis = np.concatenate((np.cos(orders), np.sin(orders), np.ones((values.size, 1))), axis=1)
-    found = np.linalg.lstsq(basis, values, rcond=None)[0]
-    return complex(found[0], -found[orders.shape[1]])
+    orders = turn[:, None] * np.arange(1, min(harmonics, len(values) // 4) + 1)
+    basis = np.concatenate((np.cos(orders), np.sin(orders), np.ones((len(values), 1))), axis=1)
+    found = np.full((basis.shape[1], len(signals)), np.nan)
+    found[:, finite] = np.linalg.lstsq(basis, values[:, finite], rcond=None)[0]
+    return [complex(one[0], -one[orders.shape[1]]) for one in found.T]
 
 
 def crest(time: Floats, signal: Floats, seen: Mask, start: float, end: float) -> complex:

@@ -54,14 +54,16 @@ def rises(time: Floats, signal: Floats, below: float, level: float, above: float
     starts: list[float] = []
     armed = False
     candidate = 0.0
-    for k in range(signal.size):
-        if k and signal[k - 1] < level <= signal[k]:
+    before = np.inf
+    for k, value in enumerate(signal.tolist()):
+        if before < level <= value:
             candidate = crossing(time, signal, k, level)
-        if signal[k] < below:
+        if value < below:
             armed = True
-        elif armed and signal[k] > above:
+        elif armed and value > above:
             starts.append(candidate)
             armed = False
+        before = value
     return np.array(starts)
 
 

@@ -98,13 +98,13 @@ def _turns(time: Floats, area: Floats, start: float, end: float, level: float) -
     """Start, instants at which the glottis opens or closes in turn, and end; whether it is open at first."""
     first, last = (int(k) for k in np.searchsorted(time, (start, end)))
     limit = level * float(area[first:last].max())
-    opened = area > limit
-    inner = range(max(first, 1), min(last, time.size - 1) + 1)
-    turns = [k for k in inner if opened[k] != opened[k - 1]]
+    before = max(first, 1) - 1
+    opened = area[before : min(last, time.size - 1) + 1] > limit
+    turns = [before + k for k in (np.flatnonzero(opened[1:] != opened[:-1]) + 1).tolist()]
     instants = [start, *(min(max(_edge(time, area, k, limit), start), end) for k in turns), end]
     # Open and closed intervals alternate; the state of the first is that of the sample before the first
     # change.
-    return instants, bool(opened[turns[0] - 1]) if turns else bool(opened[first])
+    return instants, bool(area[turns[0] - 1 if turns else first] > limit)
 
 
 def _flanks(time: Floats, area: Floats, peak: int, period: float, level: float) -> tuple[float, float, float]:

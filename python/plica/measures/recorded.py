@@ -127,8 +127,9 @@ def _crossing(time: Floats, signal: Floats, k: int, level: float) -> float:
     line = float((level - signal[k - 1]) / (signal[k] - signal[k - 1]))
     part = line
     if 2 <= k < signal.size - 1 and signal[k - 2] < signal[k - 1]:
-        cubic = np.polyfit([-1.0, 0.0, 1.0, 2.0], signal[k - 2 : k + 2] - level, 3)
-        roots = np.roots(cubic)
+        y = (signal[k - 2 : k + 2] - level).tolist()  # at -1, 0, 1 and 2
+        third, second = (y[3] - y[0]) / 6 - (y[2] - y[1]) / 2, (y[0] + y[2]) / 2 - y[1]
+        roots = np.roots((third, second, y[2] - y[1] - third - second, y[1]))
         real = roots.real[np.abs(roots.imag) < 1e-9]
         inside = real[(real >= 0) & (real <= 1)]
         if inside.size == 1:

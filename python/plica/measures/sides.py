@@ -8,7 +8,7 @@ import numpy as np
 
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
-from plica.measures.phase import Mask, crest, fundamental, phase_lag, still
+from plica.measures.phase import Mask, crest, fundamentals, phase_lag, still
 from plica.measures.record import Floats
 
 _NAMES = ("amplitude_left", "amplitude_right", "amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
@@ -32,12 +32,8 @@ def ratio(top: Floats, bottom: Floats) -> Floats:
 
 def lags(time: Floats, first: Floats, second: Floats, cycles: Cycles) -> Floats:
     """(c) rad, lag of the second signal behind the first at each cycle's fundamental."""
-    return np.array(
-        [
-            phase_lag(fundamental(time, first, *ends), fundamental(time, second, *ends))
-            for ends in pairwise(cycles.starts)
-        ]
-    )
+    both = (first, second)
+    return np.array([phase_lag(*fundamentals(time, both, *ends)) for ends in pairwise(cycles.starts)])
 
 
 def crest_lags(

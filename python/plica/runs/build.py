@@ -47,6 +47,7 @@ def build_simulation(
     displacement: NDArray[np.float64] | None = None,
     velocity: NDArray[np.float64] | None = None,
     basis: NDArray[np.float64] | None = None,
+    last_basis: _engine.LastBasis | None = None,
 ) -> _engine.Simulation:
     """The simulation of a scene at t = 0, to be advanced by the caller.
 
@@ -60,6 +61,9 @@ def build_simulation(
     basis : (3 n, any), optional
         The vectors whose combinations are the displacements, instead of those in the file of the scene's
         reduction.
+    last_basis : LastBasis, optional
+        Of reduced scenes that are built one after another, each with the same one: where basis, supports and
+        mass are those of the scene before, to the bit, they are not made orthonormal again.
 
     Returns
     -------
@@ -114,6 +118,7 @@ def build_simulation(
             else scene.reduction.model_dump(include={"watch_every", "damping_ratio"})
         )
         parts["reduction"] = _engine.Reduction(basis=basis, **given)
+        parts["last_basis"] = last_basis
     try:
         return _engine.Simulation(
             **body,

@@ -8,21 +8,29 @@ import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import forkserver
 from typing import Any
 
 from plica.errors import InvalidInput, StorageFailed
 from plica.sweep.needed import needed
 
-__all__ = ["KILLS", "cluster", "require_main", "threads"]
+__all__ = ["KILLS", "cluster", "prepare", "require_main", "threads"]
 
 KILLS = 20
 """Workers that may be killed while a case is in their hands: a case waits behind others of its worker, and is
 blamed with them, so that few would condemn innocent ones."""
 _MAIN = 'In a script put the sweep below: if __name__ == "__main__":'
 _CONNECTING = "30 s"
-_MEMORY = {"MALLOC_MMAP_THRESHOLD_": 1 << 31, "MALLOC_TRIM_THRESHOLD_": 1 << 32, "MALLOC_TOP_PAD_": 1 << 27}
-"""[bytes] A worker keeps the memory of a case for the next one, which is as long: to get it anew, page by
-page, takes a tenth of the time of a reduced voice."""
+_ENVIRONMENT = {
+    **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
+    "MALLOC_MMAP_THRESHOLD_": f"{1 << 31}",
+    "MALLOC_TRIM_THRESHOLD_": f"{1 << 32}",
+    "MALLOC_TOP_PAD_": f"{1 << 27}",
+}
+"""Of workers. They keep the memory (bytes) of a case for the next one, which is as long: to get it anew, page
+by page, takes a tenth of the time of a reduced voice."""
+_IMPORTED = ["distributed.nanny", "plica.sweep.case", "scipy.ndimage", "scipy.special"]
+"""What every worker needs, imported once. None of these starts a thread, which a fork would lose."""
 
 _RARELY = {
     "distributed.admin.system-monitor.interval": "10s",
@@ -46,8 +54,9 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     settings: dict[str, Any] = {
         **_RARELY,
-        **{f"distributed.nanny.pre-spawn-environ.{name}": size for name, size in _MEMORY.items()},
+        "distributed.nanny.pre-spawn-environ": {},  # `_ENVIRONMENT`
         "distributed.scheduler.allowed-failures": KILLS,
+        "distributed.worker.multiprocessing-method": "forkserver",
         "distributed.worker.memory.terminate": False,  # the system knows better what there is
         "distributed.worker.memory.pause": False,
         "distributed.worker.memory.spill": False,
@@ -61,6 +70,19 @@ def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     ):
         client.wait_for_workers(1)
         yield client
+
+
+def prepare() -> None:
+    """Start the process whose forks the workers of `cluster` are: it imports while the caller goes on."""
+    forkserver.set_forkserver_preload(_IMPORTED)
+    own = {name: os.environ[name] for name in _ENVIRONMENT if name in os.environ}
+    os.environ.update(_ENVIRONMENT)
+    try:
+        forkserver.ensure_running()
+    finally:
+        os.environ.update(own)
+        for name in _ENVIRONMENT.keys() - own.keys():
+            del os.environ[name]
 
 
 def require_main() -> None:
@@ -77,6 +99,7 @@ def _started(distributed: Any, **options: Any) -> Any:
             processes=True,
             dashboard_address=":0",  # any free port: two sweeps at a time are no error
             memory_limit=0,
+            env=dict(os.environ),  # forks have that of the first sweep of this process
             silence_logs=logging.CRITICAL,
             **options,
         )

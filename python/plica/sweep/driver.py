@@ -13,7 +13,7 @@ from plica.errors import InvalidInput, StorageFailed
 from plica.storage.files import only_writer, storage_errors
 from plica.storage.stopping import StopRequest, stop_on_signal
 from plica.sweep.case import CaseResult, Task, run_case
-from plica.sweep.cluster import KILLS, cluster, require_main, threads
+from plica.sweep.cluster import KILLS, cluster, prepare, require_main, threads
 from plica.sweep.needed import needed
 from plica.sweep.plan import Plan
 from plica.sweep.results import Sweep
@@ -25,6 +25,8 @@ _WINDOW = 3
 """Cases in the hands of the scheduler, a worker: none of them waits for the driver, and none is far ahead."""
 _LOOK = 0.5
 """[s] Between two looks at a request to stop."""
+_LIBRARIES = ("distributed", "zarr", "h5netcdf", "xarray", "dask.array")
+"""Of the driver, the last for xarray's first data set: imported while the workers' server imports its own."""
 _LOST = "Repeat the same command to continue"
 
 
@@ -78,7 +80,9 @@ def run(
     if first is not None and not 1 <= first <= len(plan):
         raise InvalidInput(f"sweep: first = {first}; must be from 1 to the {len(plan)} cases of the plan.")
     _require_free(directory)
-    for name in ("distributed", "zarr", "h5netcdf"):
+    if scheduler is None:
+        prepare()
+    for name in _LIBRARIES:
         needed(name)
     _ = plan.record  # whose files must be there, before anything is made
     with storage_errors(directory):

@@ -75,7 +75,7 @@ def _unstored(scene: Scene) -> UnstoredRun:
     if (reduction := scene.reduction) is not None:
         of_basis = {**of_mesh, **{name: resolved.get(name) for name in ("supports", "symmetry", "reduction")}}
         basis = _last("basis", of_basis, lambda: read_basis(reduction.basis, scene, mesh))
-    simulation = build_simulation(scene, mesh, basis=basis)
+    simulation = build_simulation(scene, mesh, basis=basis, last_basis=_last_basis)
     names = [name for name in simulation.advance(0) if name not in _UNMEASURED]
     return UnstoredRun(scene, mesh, simulation, simulation.advance(scene.time.steps, names))
 
@@ -83,6 +83,7 @@ def _unstored(scene: Scene) -> UnstoredRun:
 _UNMEASURED = ("section_area", "section_pressure")
 """Waveforms that no measure or caution reads, and of which each step has hundreds of numbers."""
 _kept: dict[str, tuple[str, Any]] = {}
+_last_basis = _engine.LastBasis()
 
 
 def _last(kind: str, of: Any, make: Callable[[], Any]) -> Any:

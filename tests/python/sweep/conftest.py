@@ -42,6 +42,7 @@ def here(client: Any, unsynced: None, monkeypatch: pytest.MonkeyPatch) -> None:
         yield client
 
     monkeypatch.setattr(driver, "cluster", cluster)
+    monkeypatch.setattr(driver, "prepare", lambda: None)
     monkeypatch.setattr(store, "CHUNK", 4)
 
 

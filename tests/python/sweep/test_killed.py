@@ -59,12 +59,16 @@ def _start(source: Path, directory: Path, cases: int = _CASES, **environment: st
 
 
 def _workers(driver: int) -> list[psutil.Process]:
-    """The processes that compute: those below the driver that were spawned to import something."""
+    """The processes that compute: the forks of the driver's server."""
     try:
-        below = psutil.Process(driver).children(recursive=True)
-        return [one for one in below if "spawn_main" in " ".join(one.cmdline())]
+        return [worker for server in _servers(driver) for worker in server.children()]
     except psutil.NoSuchProcess:
         return []
+
+
+def _servers(driver: int) -> list[psutil.Process]:
+    below = psutil.Process(driver).children()
+    return [one for one in below if "multiprocessing.forkserver" in " ".join(one.cmdline())]
 
 
 def _until(fact: Callable[[], Any], seconds: float = 120.0) -> Any:
@@ -99,12 +103,14 @@ def test_killed_workers_and_a_killed_driver_change_nothing(
         _workers(driver.pid)[0].kill()
     _until(lambda: _ended(directory) >= 5)
     assert driver.poll() is None
-    workers = _workers(driver.pid)
+    (server,) = _servers(driver.pid)
+    assert server.num_threads() == 1  # a fork would lose others, with the locks that they hold
+    started = [server, *_workers(driver.pid)]
     driver.send_signal(signal.SIGKILL)
     driver.communicate()
     assert driver.returncode == -signal.SIGKILL
-    psutil.wait_procs(workers, timeout=60)
-    assert [one for one in workers if one.is_running()] == []
+    psutil.wait_procs(started, timeout=60)
+    assert [one for one in started if one.is_running()] == []
     assert 0 < Sweep.load(directory).counts["done"] < _CASES
 
     again = _start(source, directory)

@@ -94,11 +94,12 @@ def motion_measures(
     height : (s) m
         Of the sections.
     """
-    right, left = half_widths(waveforms)
     steady = cycles.extent(time)
-    section = int(np.argmax(np.ptp(right[steady], axis=0) + np.ptp(left[steady], axis=0)))
+    paths = (np.array(waveforms[f"coronal_{side}"][steady, :, 0]) for side in ("right", "left"))
+    section = int(np.argmax(sum(np.ptp(path, axis=0) for path in paths)))
+    right, left = (width[:, 0] for width in half_widths(waveforms, [section]))
     where = place(section, medial, height)
-    found = side_measures(time, left[:, section], right[:, section], cycles, (where, where))
+    found = side_measures(time, left, right, cycles, (where, where))
     return found + _medial_measures(time, waveforms, cycles, medial, height)
 
 
