@@ -185,6 +185,9 @@ tissue.cover.viscosity = 0.14""",
         LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, "5 Pa"], frequency = 0.2 }]'
     ),
     "wall_not_held": Given(LARYNX, 'supports.cartilages = true\nairflow.subglottal_pressure = "0.25 kPa"'),
+    "unused_stiffening": Given(
+        LARYNX, 'tissue.cover.matrix_stiffening = 20\nairflow.subglottal_pressure = "0.25 kPa"'
+    ),
     "posture_gap": Given(
         LARYNX,
         "posture.elongation = 0.1\ntissue.body.nu = 0.3\ntissue.ligament.nu = 0.3\ntissue.cover.nu = 0.3\n"

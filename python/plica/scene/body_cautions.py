@@ -256,6 +256,30 @@ def wall_not_held(bodies: Bodies) -> Caution | None:
     )
 
 
+def unused_stiffening(bodies: Bodies) -> Caution | None:
+    """Tissue is given that stiffens as it is strained, and the scene has neither finite strain nor a posture:
+    linear tissue at rest keeps its moduli. It is softer, and a voice of it has another pitch."""
+    scene = bodies.scene
+    posture = scene.posture
+    if scene.strain is not None or (posture is not None and (posture.stretch or posture.active_stress)):
+        return None
+    unused = [
+        f"tissue.{layer}{side}.{name} = {value:g}"
+        for layer, tissue in scene.tissue.items()
+        for side, own in (("", tissue), (".left", tissue.left), (".right", tissue.right))
+        for name in ("stiffening", "matrix_stiffening")
+        if own is not None and (value := getattr(own, name))
+    ]
+    if not unused:
+        return None
+    others = f" (and {len(unused) - 1} more)" if len(unused) > 1 else ""
+    return Caution(
+        "unused_stiffening",
+        f"{unused[0]}{others} has no effect: linear tissue keeps the moduli of small strains.",
+        'strain = "finite", or a posture, makes it stiffen. Without, a voice has another pitch.',
+    )
+
+
 def posture_gap(bodies: Bodies) -> Caution | None:
     """The posture makes the glottis more than a fifth narrower or wider than at rest, where it is narrowest
     in its middle plane: tissue that contracts less than what holds it fills the gap, tissue that contracts
@@ -306,6 +330,7 @@ CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     overlapping_bodies,
     turned_airway,
     wall_not_held,
+    unused_stiffening,
     posture_gap,
     coarse_lesion,
 )

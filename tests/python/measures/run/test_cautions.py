@@ -204,7 +204,9 @@ def test_a_scene_without_airflow_is_no_larynx(changes: str) -> None:
 def test_the_examples_are_plausible(name: str, tmp_path: Path) -> None:
     scene = plica.Scene.load(copied_example(name, tmp_path))
     if scene.airflow is not None:
-        assert scene_cautions(scene, plica.build_mesh(scene.mesh)) == ()
+        found = {caution.name for caution in scene_cautions(scene, plica.build_mesh(scene.mesh))}
+        in_a_hurry = {"polyp.toml", "paralysis.toml", "chink.toml"}  # a voice without its finite strain
+        assert found == ({"unused_stiffening"} if name in in_a_hurry else set())
 
 
 def test_waveforms_that_are_looked_at_are_those_of_the_engine() -> None:
