@@ -3,8 +3,8 @@
     python -m benchmarks.validation.rankings           # records `rankings_voices` and `rankings`
     python -m benchmarks.validation.rankings --alone   # modes and thresholds, one at a time: `rankings_alone`
 
-The woman's voice on the mesh `coarse`, a quarter, steps of 100 us, with lungs, trachea and tract. Varied,
-evenly over `RANGES`: pressure, gap, angle and height of the medial surface, stiffness of all layers across
+The woman's larynx in linear tissue of her moduli, on the mesh `coarse`, a quarter, steps of 100 us, with
+lungs, trachea and tract. Varied, evenly over `RANGES`: pressure, gap, angle and height of the medial surface, stiffness of all layers across
 the fibre (E) and along it (E_fibre and mu_fibre), as factors of the preset's. Poisson's ratio follows, so
 that the bulk modulus stays in proportion to E. The threshold is that of linear stability, which does not know
 the pressure; where there is none up to 2 kPa, or up to where the folds touch, it ranks above all others.
@@ -63,7 +63,7 @@ DEEP = 0.5  # of the peak flow: what does not fall below is no voice
 
 
 def centre() -> dict[str, float]:
-    """The preset itself."""
+    """The preset's larynx and moduli, at 0.8 kPa."""
     return dict(zip(RANGES, (0.8, 0.15, 0.0, 2.5, 1.0, 1.0), strict=True))
 
 
