@@ -4,10 +4,11 @@
     python -m benchmarks.validation.rankings --alone   # modes and thresholds, one at a time: `rankings_alone`
 
 The woman's larynx in linear tissue of her moduli, on the mesh `coarse`, a quarter, steps of 100 us, with
-lungs, trachea and tract. Varied, evenly over `RANGES`: pressure, gap, angle and height of the medial surface, stiffness of all layers across
-the fibre (E) and along it (E_fibre and mu_fibre), as factors of the preset's. Poisson's ratio follows, so
-that the bulk modulus stays in proportion to E. The threshold is that of linear stability, which does not know
-the pressure; where there is none up to 2 kPa, or up to where the folds touch, it ranks above all others.
+lungs, trachea and tract. Varied, evenly over `RANGES`: pressure, gap, angle and height of the medial
+surface, stiffness of all layers across the fibre (E) and along it (E_fibre and mu_fibre), as factors of the
+preset's. Poisson's ratio follows, so that the bulk modulus stays in proportion to E. The threshold is that
+of linear stability, which does not know the pressure; where there is none up to 2 kPa, or up to where the
+folds touch, it ranks above all others.
 What does not vibrate, or whose flow never falls below half its peak, is no voice and has no other measures.
 """
 

@@ -3,10 +3,10 @@
     python -m benchmarks.validation.voice_trends onset        # record `voice_trends`
     python -m benchmarks.validation.voice_trends epithelium   # record `epithelium`
 
-Onset: the woman's larynx in linear tissue of her moduli, on the mesh `coarse`, between her tubes or without,
-one change at a time; stiffness is that across and along the fibre. Epithelium: the static shape M5, 17 mm long with a gap of 0.1 mm, of
-isotropic silicone (1030 kg/m^3, Poisson's ratio 0.45, viscosity 0.5 Pa s), whose outermost 0.15 mm is
-stiffer; half a metre of tube below, 1 kPa.
+Onset: the woman's larynx in linear tissue of her moduli, on the mesh `coarse`, between her tubes or
+without, one change at a time; stiffness is that across and along the fibre. Epithelium: the static shape
+M5, 17 mm long with a gap of 0.1 mm, of isotropic silicone (1030 kg/m^3, Poisson's ratio 0.45, viscosity 0.5
+Pa s), whose outermost 0.15 mm is stiffer; half a metre of tube below, 1 kPa.
 """
 
 from __future__ import annotations
