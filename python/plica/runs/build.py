@@ -18,7 +18,7 @@ from plica.runs.flow_equilibrium import (
 )
 from plica.runs.materials import located, materials_of, place_text
 from plica.runs.options import engine_options
-from plica.runs.scene_mesh import required_posture, scene_mesh
+from plica.runs.scene_mesh import require_isotropic_across, required_posture, scene_mesh
 from plica.runs.tubes import tubes_of
 from plica.scene.held import fixed_components, places_at_rest
 from plica.scene.initial import initial_fields
@@ -87,6 +87,8 @@ def build_simulation(
     SolveFailed
         If it begins in an equilibrium with the flow that is not there.
     """
+    if scene.strain is not None:
+        require_isotropic_across(scene, "strain")
     mesh = scene_mesh(scene) if mesh is None else required_posture(scene, mesh)
     body = _body(scene, mesh)
     if isinstance(scene.mesh, MeshFile) and scene.mesh.mirror is not None:

@@ -370,7 +370,7 @@ def require_linear_tissue(scene: Scene) -> None:
         raise InvalidInput(
             f"{scene.source}: strain is given; must be left out: an equilibrium is found, and small motion "
             "about it is, with the stiffness of the tissue at t = 0. Use linear tissue; with voice: "
-            'without = ["strain"].'
+            'without = ["strain"], softer tissue with another pitch.'
         )
 
 

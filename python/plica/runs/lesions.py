@@ -76,13 +76,16 @@ def with_lesions(
 
 
 def _changed(tissue: _engine.Material, parts: list[tuple[Lesion, float]]) -> _engine.Material:
-    """The mean of a tissue and of lesions that have these shares of it."""
+    """The mean of a tissue and of lesions that have these shares of it; where those that give a density have
+    more than all of it, the density is the mean of theirs."""
     stiffness = viscosity = 1.0
-    density = tissue.density
+    heavier = taken = 0.0
     for lesion, share in parts:
         stiffness *= 1 + share * (lesion.stiffness - 1)
         viscosity *= 1 + share * (lesion.viscosity - 1)
-        density += share * ((density if lesion.density is None else lesion.density) - density)
+        if lesion.density is not None:
+            heavier += share * (lesion.density - tissue.density)
+            taken += share
     own = tissue.elasticity
     if isinstance(own, _engine.Isotropic):
         elasticity: Any = _engine.Isotropic(E=stiffness * own.E, nu=own.nu)
@@ -98,7 +101,7 @@ def _changed(tissue: _engine.Material, parts: list[tuple[Lesion, float]]) -> _en
         )
     return _engine.Material(
         elasticity,
-        density=density,
+        density=tissue.density + heavier / max(taken, 1.0),
         viscosity=viscosity * tissue.viscosity,
         stiffening=tissue.stiffening,
         matrix_stiffening=tissue.matrix_stiffening,

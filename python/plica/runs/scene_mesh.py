@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,9 @@ from plica.scene.held import fixed_components
 from plica.scene.mesh.build import build_mesh
 from plica.scene.posture import Posture
 from plica.scene.scene import Scene
+from plica.scene.tissue import Tissue
 
-__all__ = ["at_posture", "held_at", "required_posture", "scene_mesh"]
+__all__ = ["at_posture", "held_at", "require_isotropic_across", "required_posture", "scene_mesh"]
 
 Floats = NDArray[np.float64]
 
@@ -74,7 +75,7 @@ def at_posture(scene: Scene, mesh: _engine.TetMesh) -> _engine.TetMesh:
         ).mesh
     except SolveFailed as error:
         text = str(error).removeprefix("Posture: ")
-        raise SolveFailed(f"{scene.source}: posture.elongation = {posture.stretch:g}: {text}") from None
+        raise SolveFailed(f"{scene.source}: {_given(posture)}: {text}") from None
     except SceneError:
         raise
     except InvalidInput as error:
@@ -93,27 +94,54 @@ def _check_layers(scene: Scene, posture: Posture, layers: list[str]) -> None:
                 f"{scene.source}: posture.active_stress.{layer} is not a layer of the mesh; must be "
                 f"{one_of(layers)}.{nearest(layer, layers)}"
             )
-    for layer, tissue in scene.tissue.items():
-        for side in ("none", "left", "right"):
-            own = tissue.on(side)
-            path = (
-                f"tissue.{layer}"
-                if side == "none" or getattr(tissue, side) is None
-                else f"tissue.{layer}.{side}"
+    require_isotropic_across(scene, "a posture")
+    strain = max(posture.stretch + 0.5 * posture.stretch**2, 0.0)
+    for path, own in _tissues(scene):
+        if (exponent := 4 * own.stiffening * strain**2) > _MOST_STIFFENED:
+            raise SceneError(
+                f"{scene.source}: {path}.stiffening = {own.stiffening:g} with {_stretch(posture)}: fibres "
+                f"would bear exp({exponent:.3g}) times as much; must be at most exp({_MOST_STIFFENED:g}). "
+                "Take less of either."
             )
-            transverse = own.E / (2 * (1 + own.nu))
-            if own.mu_transverse is not None and not np.isclose(own.mu_transverse, transverse, rtol=1e-9):
-                raise SceneError(
-                    f"{scene.source}: {path}.mu_transverse = {own.mu_transverse:g} Pa; must be left out, or "
-                    f"{transverse:g} Pa, with a posture: stretched tissue is isotropic across its fibre."
-                )
-            strain = max(posture.stretch + 0.5 * posture.stretch**2, 0.0)
-            if (exponent := 4 * own.stiffening * strain**2) > _MOST_STIFFENED:
-                raise SceneError(
-                    f"{scene.source}: {path}.stiffening = {own.stiffening:g} with posture.elongation = "
-                    f"{posture.stretch:g}: fibres would bear exp({exponent:.3g}) times as much; must be at "
-                    f"most exp({_MOST_STIFFENED:g}). Take less of either."
-                )
+
+
+def require_isotropic_across(scene: Scene, what: str) -> None:
+    """Raise SceneError for tissue that the law of stretched tissue does not have; `what` needs that law."""
+    for path, own in _tissues(scene):
+        transverse = own.E / (2 * (1 + own.nu))
+        if own.mu_transverse is not None and not np.isclose(own.mu_transverse, transverse, rtol=1e-9):
+            raise SceneError(
+                f"{scene.source}: {path}.mu_transverse = {own.mu_transverse:g} Pa; must be left out, or "
+                f"{transverse:g} Pa, with {what}: stretched tissue is isotropic across its fibre."
+            )
+
+
+def _tissues(scene: Scene) -> Iterator[tuple[str, Tissue]]:
+    """The tissue of each layer and side, and its key."""
+    for layer, tissue in scene.tissue.items():
+        yield f"tissue.{layer}", tissue.on("none")
+        if tissue.left is not None:
+            yield f"tissue.{layer}.left", tissue.on("left")
+        if tissue.right is not None:
+            yield f"tissue.{layer}.right", tissue.on("right")
+
+
+def _stretch(posture: Posture) -> str:
+    """What sets the elongation, and to what."""
+    if posture.muscles is None:
+        return f"posture.elongation = {posture.stretch:g}"
+    given = posture.muscles.model_dump(exclude_defaults=True)
+    muscles = ", ".join(f"posture.muscles.{name} = {value:g}" for name, value in given.items())
+    return f"{muscles} (elongation {posture.stretch:g})"
+
+
+def _given(posture: Posture) -> str:
+    """What stretches the tissue."""
+    stretch = [_stretch(posture)] if posture.stretch != 0 else []
+    pulls = {layer: stress for layer, stress in posture.active_stress.items() if stress != 0}
+    return ", ".join(
+        stretch + [f"posture.active_stress.{layer} = {stress:g} Pa" for layer, stress in pulls.items()]
+    )
 
 
 def _check_length(scene: Scene, posture: Posture, points: Floats, fixed: NDArray[np.bool_]) -> None:
@@ -121,9 +149,9 @@ def _check_length(scene: Scene, posture: Posture, points: Floats, fixed: NDArray
     share = np.ptp(along) / np.ptp(points[:, 1]) if along.size else 0.0
     if posture.stretch != 0 and share < _LEAST_HELD:
         raise SceneError(
-            f"{scene.source}: posture.elongation = {posture.stretch:g}: what is held spans "
-            f"{100 * share:.3g} % of the length along y; must span {100 * _LEAST_HELD:g} % or more, as the "
-            "tissue is stretched between its ends. Hold both in supports."
+            f"{scene.source}: {_stretch(posture)}: what is held spans {100 * share:.3g} % of the length "
+            f"along y; must span {100 * _LEAST_HELD:g} % or more, as the tissue is stretched between its "
+            "ends. Hold both in supports."
         )
 
 

@@ -438,7 +438,7 @@ COMBINATIONS = (
         "strain",
         "must be left out",
         "a basis spans motion about one stiffness, and the tissue's force takes all nodes. "
-        'With voice: without = ["strain"].',
+        'With voice: without = ["strain"], softer tissue with another pitch.',
         "construction",
         lambda scene: faults.of_linear_tissue(scene, "reduction"),
     ),

@@ -34,7 +34,8 @@ class Muscles(Part):
 class Posture(Part):
     """A larynx that is stretched before it moves: the mesh of the scene is its shape at rest, what is held is
     moved along y, and the equilibrium of the stretched tissue is the shape that all else sees. The motion
-    about it is linear, with the stiffness that the tissue has there (docs/posture.md)."""
+    about it is linear, with the stiffness that the tissue has there, unless `strain` is finite
+    (docs/posture.md)."""
 
     elongation: Annotated[Number, Field(gt=-0.5, le=1)] | None = None
     """[-] By how much what is held is lengthened along y, in shares of its length at rest: it moves by this

@@ -31,7 +31,8 @@ class TissueSide(Part):
 
 
 class Tissue(Part):
-    """Linear elastic tissue with Kelvin-Voigt viscosity; transversely isotropic if `E_fibre` is given.
+    """Elastic tissue with Kelvin-Voigt viscosity; transversely isotropic if `E_fibre` is given. Without
+    `posture` and `strain` it is linear.
 
     A layer of a scene may use the tissue of a preset, ``cover = "normal"``, or change some of its values,
     ``cover = {preset = "normal", viscosity = "0.2 Pa s"}``; the presets are "normal" and "thesis".
@@ -58,9 +59,9 @@ class Tissue(Part):
     `strain` it does nothing."""
     matrix_stiffening: Annotated[Number, Field(ge=0, le=100)] = 0.0
     """[-] How fast what lies between the fibres stiffens, in all directions, at a posture or in motion at
-    finite strain: its stress rises by 1 + matrix_stiffening w, w = tr E - ln J: half the square of a shear,
-    and for a stretch lambda at constant volume (lambda^2 + 2 / lambda - 3) / 2. Without `posture` and
-    `strain` it does nothing."""
+    finite strain: its stress rises by a factor of 1 + matrix_stiffening w, w half the square of a shear, or
+    of a stretch lambda at constant volume (lambda^2 + 2 / lambda - 3) / 2. Without `posture` and `strain` it
+    does nothing."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
     """[kg/m^3] Mass per volume."""
     viscosity: Annotated[Viscosity, Field(ge=0)] = Field(
@@ -110,7 +111,9 @@ def _check(tissue: Tissue, path: tuple[str, ...] = (), changed: dict[str, Any] |
                 )
         if tissue.stiffening:
             raise fail(
-                "stiffening", tissue.stiffening, "must be 0 without E_fibre: its fibres are what stiffens."
+                "stiffening",
+                tissue.stiffening,
+                "must be 0 without E_fibre: its fibres are what stiffens. Use matrix_stiffening.",
             )
         if tissue.nu >= 0.5:
             raise fail(

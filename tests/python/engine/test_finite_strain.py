@@ -283,10 +283,20 @@ def test_flow_contact_and_balance_of_energies() -> None:
     assert "strain_neglected" not in waves
 
 
-def test_a_part_of_a_symmetric_voice_moves_as_the_whole() -> None:
+STIFFENS = {
+    f"tissue.{layer}.{name}": value
+    for layer in THESIS_TISSUE
+    for name, value in (("stiffening", 2.0), ("matrix_stiffening", 10.0))
+}
+
+
+@pytest.mark.parametrize("changes", [{}, STIFFENS], ids=["plain", "stiffens"])
+def test_a_part_of_a_symmetric_voice_moves_as_the_whole(changes: dict[str, Any]) -> None:
     tight = {"strain": {"finite": {"tolerance": 1e-9}}, "contact.tolerance": 1e-6, "solver.tolerance": 1e-11}
     tight["airflow.coupling"] = {"iterated": {"tolerance": 1e-9}}
-    whole, quarter = (plica.build_simulation(voice(symmetry=part, **tight)) for part in (None, "quarter"))
+    whole, quarter = (
+        plica.build_simulation(voice(symmetry=part, **tight, **changes)) for part in (None, "quarter")
+    )
     one, other = whole.advance(10), quarter.advance(10)
     assert one["contact_rows"].max() > 0
     size = np.abs(np.asarray(whole.displacement)).max()
@@ -295,7 +305,9 @@ def test_a_part_of_a_symmetric_voice_moves_as_the_whole() -> None:
 
 
 @pytest.mark.parametrize(
-    "changes", [{}, {"posture": {"elongation": 0.05}, "symmetry": "quarter"}], ids=["rest", "posture"]
+    "changes",
+    [{}, {"posture": {"elongation": 0.05}, "symmetry": "quarter"}, STIFFENS],
+    ids=["rest", "posture", "stiffens"],
 )
 def test_the_same_bits_resumed_and_with_two_threads(changes: dict[str, Any]) -> None:
     scene = voice(**changes)
@@ -350,7 +362,16 @@ def test_what_rests_on_one_stiffness_refuses_it() -> None:
     scene = voice()
     refused(lambda: plica.equilibrium(scene), "strain is given; must be left out")
     refused(lambda: plica.flow_equilibrium(scene), "strain is given; must be left out")
-    refused(lambda: require_linear(scene), "strain is given; must be left out")
+    refused(
+        lambda: require_linear(scene), "strain is given; must be left out", 'without = ["strain"], softer'
+    )
+    printed = voice().replace({"tissue": "thesis"})
+    refused(
+        lambda: plica.build_simulation(printed),
+        "tissue.body.mu_transverse = ",
+        "must be left out, or ",
+        "with strain: stretched tissue is isotropic across its fibre",
+    )
     linear = scene.replace({"strain": None})
     assert plica.eigenmodes(scene, 2).frequency == pytest.approx(
         plica.eigenmodes(linear, 2).frequency, rel=1e-12

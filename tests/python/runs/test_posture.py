@@ -151,20 +151,47 @@ def test_postures_that_a_scene_cannot_have_are_refused() -> None:
     with pytest.raises(SolveFailed, match=message):
         plica.scene_mesh(slender)
     one_end = slender.replace({"supports.fixed": ["y_min"], "posture.elongation": 0.2})
-    with pytest.raises(SceneError, match=r"what is held spans 0 % of the length along y"):
+    with pytest.raises(SceneError, match=r"posture\.elongation = 0\.2: what is held spans 0 % of the length"):
         plica.scene_mesh(one_end)
     with pytest.raises(SceneError, match=r"tissue\.body\.stiffening = 90 .* fibres would bear exp\("):
         plica.scene_mesh(voice(plica.Posture(elongation=0.3)).replace({"tissue.body.stiffening": 90}))
     printed = voice(plica.Posture(elongation=0.1)).replace({"tissue": "thesis"})
     with pytest.raises(SceneError, match=r"tissue\.body\.mu_transverse = .* must be left out"):
         plica.scene_mesh(printed)
-    with pytest.raises(SceneError, match="stiffening"):
+    with pytest.raises(SceneError, match=r"stiffening = 1.* without E_fibre.* Use matrix_stiffening\."):
         plica.Tissue(E="1 kPa", nu=0.3, stiffening=1)
     loose = voice(plica.Posture(elongation=0.1)).replace({"supports": {"fixed": []}})
     with pytest.raises(SceneError, match="posture"):
         plica.scene_mesh(loose)
     with pytest.raises(InvalidInput, match="posture is given; must be left out"):
         require_linear(voice(plica.Posture(elongation=0.1)).replace({"symmetry": None}))
+
+
+@pytest.mark.parametrize(
+    ("posture", "given"),
+    [
+        (
+            {"muscles": {"thyroarytenoid": 0.9, "lateral_cricoarytenoid": 0.1}},
+            "posture.muscles.thyroarytenoid = 0.9, posture.muscles.lateral_cricoarytenoid = 0.1 "
+            "(elongation -0.2)",
+        ),
+        (
+            {"elongation": -0.2, "active_stress": {"body": 10.0}},
+            "posture.elongation = -0.2, posture.active_stress.body = 10 Pa",
+        ),
+        ({"active_stress": {"body": "300 kPa"}}, "posture.active_stress.body = 300000 Pa"),
+    ],
+)
+def test_a_posture_that_fails_is_called_by_what_was_given(posture: dict[str, Any], given: str) -> None:
+    slender = plica.Scene(
+        plica.Block(size=("1 mm", "16 mm", "1 mm"), divisions=(2, 16, 2)),
+        {"body": plica.Tissue(E="10 kPa", nu=0.4)},
+        time=plica.Stepping(step="50 us", duration="1 ms"),
+        supports=plica.Supports(fixed=("y_min", "y_max") if "elongation" in given else ("y_min",)),
+        posture=plica.Posture(**posture),
+    )
+    with pytest.raises(SolveFailed, match=f"Scene: {re.escape(given)}: no equilibrium beyond"):
+        plica.scene_mesh(slender)
 
 
 def test_a_mesh_at_rest_is_none_of_a_posture() -> None:
@@ -204,18 +231,21 @@ def test_the_opening_moves_the_nodes_that_it_moves_at_rest() -> None:
 
 
 def test_folds_that_are_unlike_stay_partners_in_contact() -> None:
-    """Nodes that face each other at rest are partners at the posture."""
-    contact = plica.Contact(multipliers={})
-    scene = voice(plica.Posture(elongation=0.2), contact=contact).replace(
-        {"tissue.cover.left": {"stiffening": 0.5}}
+    """Nodes that face each other at rest are partners at the posture, whichever fold is the other one."""
+    parts = {"contact": plica.Multipliers(), "initial": plica.Initial(opening_velocity="-1.2 m/s")}
+    scene, exchanged = (
+        voice(plica.Posture(elongation=0.2), **parts).replace({f"tissue.cover.{side}": {"stiffening": 0.5}})
+        for side in ("left", "right")
     )
-    simulation = plica.build_simulation(scene)
+    simulation, other = plica.build_simulation(scene), plica.build_simulation(exchanged)
     mesh = plica.scene_mesh(scene)
     left, right = (np.unique(mesh.surfaces[f"airway_{side}"]) for side in ("left", "right"))
     x = np.asarray(mesh.points)
     assert np.abs(np.sort(x[left, 2]) - np.sort(x[right, 2])).max() > 1e-7
-    found = simulation.advance(20)
-    assert np.isfinite(found["flow"]).all()
+    found, mirrored = simulation.advance(20), other.advance(20)
+    assert found["contact_rows"].max() > 0
+    np.testing.assert_allclose(mirrored["flow"], found["flow"], rtol=1e-5)
+    np.testing.assert_array_equal(mirrored["contact_rows"], found["contact_rows"])
 
 
 def test_the_mesh_says_what_became_of_the_glottis() -> None:

@@ -44,6 +44,14 @@ def test_a_layer_takes_a_preset_by_name_or_with_values_of_its_own() -> None:
     assert plica.Scene.from_text(scene.text()) == scene
 
 
+def test_a_preset_changed_on_one_side_is_stored_as_it_is() -> None:
+    scene = _scene("normal").replace({"tissue.cover.left": {"matrix_stiffening": 4.0}})
+    stored = plica.Scene.from_text(scene.text())
+    assert stored == scene
+    assert stored.tissue["cover"].on("left").matrix_stiffening == 4
+    assert stored.tissue["cover"].on("right") == plica.TISSUE_PRESETS["normal"]["cover"]
+
+
 @pytest.mark.parametrize(
     ("tissue", "message"),
     [

@@ -235,7 +235,7 @@ def require_linear(scene: Scene) -> None:
     if scene.strain is not None:
         raise InvalidInput(
             f"{scene.source}: strain is given; must be left out: the motion of tissue at finite strain is "
-            "not linear in the pressures."
+            'not linear in the pressures. With voice: without = ["strain"], softer tissue with another pitch.'
         )
     given = [name for name in ("contact", "loads", "gravity", "initial", "symmetry") if getattr(scene, name)]
     if given:

@@ -72,7 +72,8 @@ class Folds(Part):
     posterior_chink: Chink | None = None
     """An opening at the back that is there before the voice; default: none."""
     lesions: tuple[Lesion, ...] = ()
-    """Patches of other tissue; where they overlap, their factors multiply (docs/lesions.md)."""
+    """Patches of other tissue; where they overlap, their factors multiply, and the density is the mean
+    of theirs (docs/lesions.md)."""
 
     @model_validator(mode="after")
     def _fits_the_wall(self) -> Self:
@@ -98,7 +99,7 @@ class Folds(Part):
 
     @model_validator(mode="after")
     def _has_room_for_what_differs(self) -> Self:
-        chink, depth = self.posterior_chink, self.depth + 0.5 * self.gap
+        chink = self.posterior_chink
         if chink is not None and chink.length > self.length:
             raise problem(
                 f"must be <= {1e3 * self.length:.4g} mm, the length of the folds.",
@@ -107,12 +108,12 @@ class Folds(Part):
                 unit=" m",
             )
         for k, lesion in enumerate(self.lesions):
-            self._check_place(lesion, k, depth)
+            self._check_place(lesion, k)
         if self.lesions:
             self._check_protrusions()
         return self
 
-    def _check_place(self, lesion: Lesion, k: int, depth: float) -> None:
+    def _check_place(self, lesion: Lesion, k: int) -> None:
         """Raise unless a lesion is in its fold."""
         for name, value, most, of in (
             ("from_front", lesion.from_front, self.length, "length of the folds"),
@@ -125,9 +126,9 @@ class Folds(Part):
                     value=value,
                     unit=" m",
                 )
-        if lesion.size[2] > depth:
+        if lesion.size[2] > self.depth:
             raise problem(
-                f"must be <= {1e3 * depth:.4g} mm, the depth of the tissue.",
+                f"must be <= {1e3 * self.depth:.4g} mm, the depth of the tissue.",
                 *("lesions", k, "size", 2),
                 value=lesion.size[2],
                 unit=" m",

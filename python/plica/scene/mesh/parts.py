@@ -86,9 +86,7 @@ class LarynxOptions(Part):
     """Presets meshed in levels: rings of cells across the body."""
 
 
-_TIP_CUT = (
-    1.0  # of a larynx whose folds are given: cells are cut from the tip below and above a narrow glottis, too
-)
+_TIP_CUT = 1.0  # of a larynx with folds: cells are cut from the tip below and above a narrow glottis, too
 
 
 class Larynx(Part):
@@ -146,11 +144,11 @@ class Larynx(Part):
         return self
 
     def before_change(self, names: Collection[str]) -> Self:
-        """Drops options that repeat those of the old preset, as a stored scene does, if the preset
+        """Drops options that repeat what the old preset and folds set, as a stored scene does, if either
         changes."""
-        if "larynx" not in names:
+        if not {"larynx", "folds"} & set(names):
             return self
-        repeated = Larynx(larynx=self.larynx).all_options()
+        repeated = Larynx(larynx=self.larynx, folds=self.folds).all_options()
         given = self.options.model_dump(mode="json", exclude_none=True)
         own = {name: value for name, value in given.items() if value != repeated.get(name)}
         return type(self)(

@@ -85,6 +85,31 @@ def test_a_stored_scene_keeps_the_sizes_and_changes_by_them() -> None:
     assert finer.mesh.all_options()["around"] > scene.mesh.all_options()["around"]
 
 
+@pytest.mark.parametrize("stored", [False, True])
+def test_more_is_cut_from_the_tips_of_folds_unless_another_share_is_given(stored: bool) -> None:
+    def larynx(**parts: Any) -> plica.Larynx:
+        scene = plica.Scene(
+            plica.Larynx(larynx="coarse", **parts),
+            "normal",
+            time=plica.Stepping(step="50 us", duration="1 ms"),
+        )
+        mesh = (plica.Scene.from_text(scene.text()) if stored else scene).mesh
+        assert isinstance(mesh, plica.Larynx)
+        return mesh
+
+    def cut(mesh: plica.Larynx, **changes: Any) -> float:
+        return float(mesh.replace(changes).all_options()["tip_cut"])
+
+    plain, folded = larynx(), larynx(folds=plica.Folds())
+    assert cut(plain) == cut(folded, folds=None) == 0.1
+    assert cut(folded) == cut(plain, folds=plica.Folds()) == 1
+    assert cut(folded, larynx="demo") == cut(folded, folds={"length": "13 mm"}) == 1
+    assert cut(folded, larynx="demo", folds=None) == cut(plain, larynx="demo") == 0.1
+    for own in (0.1, 0.3):
+        mesh = larynx(folds=plica.Folds(), options=plica.LarynxOptions(tip_cut=own))
+        assert cut(mesh) == cut(mesh, larynx="demo") == cut(mesh, folds=None) == own
+
+
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [

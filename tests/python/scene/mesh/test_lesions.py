@@ -156,6 +156,46 @@ def test_where_lesions_overlap_factors_multiply() -> None:
     assert {materials[k].elasticity.E for k in of_cell[left]} == {4e3}
 
 
+def test_what_stiffens_is_that_of_the_layer_on_each_side_and_in_a_lesion() -> None:
+    cover = plica.TISSUE_PRESETS["normal"]["cover"]
+    own = {"stiffening": 1.5, "matrix_stiffening": 3.0, "left": {"matrix_stiffening": 5.0}}
+    tissue = dict(plica.TISSUE_PRESETS["normal"]) | {"cover": cover.replace(own)}
+    scene = scene_of({"lesions": [POLYP | {"stiffness": 2.0}]}, tissue=tissue, around=12)
+    materials, names, _ = materials_of(scene, plica.scene_mesh(scene))
+    expected = {"cover.left": (1.5, 5.0), "cover.right": (1.5, 3.0), "ligament": (0, 0), "body": (0, 0)}
+    found: dict[str, set[tuple[float, float]]] = {}
+    for name, material in zip(names, materials, strict=True):
+        layer = name.partition(".lesion.")[0]
+        found.setdefault(layer, set()).add((material.stiffening, material.matrix_stiffening))
+    assert found == {layer: {values} for layer, values in expected.items()}
+    assert any(name.startswith("cover.left.lesion.") for name in names)
+
+
+def densities_of(*lesions: dict[str, Any]) -> np.ndarray:
+    """kg/m^3, of each cell."""
+    scene = scene_of({"lesions": lesions}, around=12)
+    materials, _, of_cell = materials_of(scene, plica.scene_mesh(scene))
+    return np.array([material.density for material in materials])[of_cell]
+
+
+def test_where_lesions_overlap_the_density_is_the_mean_of_theirs_in_any_order() -> None:
+    flat = POLYP | {"protrusion": 0}
+    heavy, light = flat | {"density": 1500.0}, flat | {"density": 900.0, "from_front": 7 * MM}
+    stiff = flat | {"stiffness": 3.0}  # no density of its own
+    plain, one, other = densities_of(), densities_of(heavy), densities_of(light)
+    share = (one - plain) / (1500.0 - plain), (other - plain) / (900.0 - plain)
+    total = share[0] + share[1]
+    expected = plain * np.maximum(1 - total, 0) + (share[0] * 1500.0 + share[1] * 900.0) / np.maximum(
+        total, 1
+    )
+    assert (total > 1.5).any()
+    assert ((share[0] > 0) & (share[1] > 0) & (total < 1)).any()
+    found = densities_of(heavy, light)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    np.testing.assert_array_equal(found, densities_of(light, heavy))
+    np.testing.assert_array_equal(densities_of(stiff, heavy), one)
+
+
 @pytest.mark.parametrize(
     ("folds", "area"),
     [
@@ -210,14 +250,24 @@ def test_nodes_of_unlike_folds_stay_partners(folds: dict[str, Any], around: int)
     assert (points[image, 0] != -points[:, 0]).any()
 
 
-def test_a_posture_and_large_strain_keep_the_lesion_where_it_is_in_the_tissue() -> None:
-    scene = scene_of({"lesions": [POLYP]}, around=12)
+def test_a_posture_and_finite_strain_keep_the_lesion_where_it_is_in_the_tissue() -> None:
+    scene = scene_of({"lesions": [POLYP | {"stiffness": 3.0}]}, around=12)
     posture = scene.replace({"posture": {"elongation": 0.05}})
     rest, stretched = plica.scene_mesh(scene), plica.scene_mesh(posture)
     assert np.abs(np.asarray(stretched.points) - np.asarray(rest.points)).max() > 0.1 * MM
     np.testing.assert_array_equal(materials_of(posture, stretched)[2], materials_of(scene, rest)[2])
-    finite = scene.replace({"strain": "finite", "initial": {"opening_displacement": "0.05 mm"}})
-    assert np.isfinite(plica.build_simulation(finite).advance(3)["kinetic_energy"]).all()
+    for own in (scene, posture):
+        small = own.replace({"initial": {"opening_displacement": "1 nm"}})
+        healthy = small.replace({"mesh.folds.lesions[0].stiffness": 1.0})
+        runs = [
+            plica.build_simulation(start) for start in (small, small.replace({"strain": "finite"}), healthy)
+        ]
+        for run in runs:
+            run.advance(3)
+        linear, finite, without = (np.asarray(run.velocity) for run in runs)
+        size = np.abs(linear).max()
+        np.testing.assert_allclose(finite, linear, atol=1e-5 * size)  # small motion is linear
+        assert np.abs(without - linear).max() > 0.05 * size
 
 
 def test_an_identified_stiffness_of_a_layer_keeps_the_factor_of_its_lesion() -> None:
@@ -282,7 +332,7 @@ def test_lesions_are_drawn_and_told(tmp_path: Path) -> None:
         ({"lesions": [POLYP | {"size": [MM, MM]}]}, "lesions[0].size[2] is missing"),
         (
             {"lesions": [POLYP | {"size": [MM, MM, "9 mm"]}]},
-            "lesions[0].size[2] = 0.009 m; must be <= 8.3 mm",
+            "lesions[0].size[2] = 0.009 m; must be <= 8 mm, the depth",
         ),
         ({"lesions": [{"fold": "left"}]}, "lesions[0].size is missing"),
         ({"lesions": [POLYP | {"stiffness": 0}]}, "lesions[0].stiffness = 0; must be > 0"),
