@@ -357,7 +357,7 @@ def larynx(
     tissue = {
         name: layer.model_dump(exclude_none=True)
         | ({"right": {key: factor * getattr(layer, key) for key, factor in right.items()}} if right else {})
-        for name, layer in TISSUE_PRESETS["normal"].items()
+        for name, layer in TISSUE_PRESETS["thesis_corrected"].items()
     }
     width = 0.5e-3
     parts = dict(contact_parts(width, 5e3)[contact])

@@ -3,11 +3,12 @@
     python -m benchmarks.extremes.draw                     # 118 scenes
     python -m benchmarks.extremes.draw --seed 2 --symmetry none --scenes 0 1 2 3
 
-Each is `examples/normal_phonation.toml` on the mesh `coarse` for 160 ms, with factors of the preset `normal`:
-moduli of body and ligament 0.1 to 1.5, of the cover 0.4 to 6, one a layer, and all viscosities 0.2 to 1.5,
-log-uniform, under 500 to 1300 Pa. A scene runs in a process of its own, on one thread, at low priority, for
-at most --limit. Of one that ends: `voiced`, with cycles from 80 ms on that do not decay, or `silent`. Record:
-`draw_1` of seed 1 and so on; none of some scenes alone, or with other options.
+Each is `examples/normal_phonation.toml` on the mesh `coarse` for 160 ms, with factors of the preset
+`thesis_corrected`: moduli of body and ligament 0.1 to 1.5, of the cover 0.4 to 6, one a layer, and all
+viscosities 0.2 to 1.5, log-uniform, under 500 to 1300 Pa. A scene runs in a process of its own, on one
+thread, at low priority, for at most --limit. Of one that ends: `voiced`, with cycles from 80 ms on that do
+not decay, or `silent`. Record: `draw_1` of seed 1 and so on; none of some scenes alone, or with other
+options.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ COLUMNS = [
 
 @dataclass(frozen=True)
 class Drawn:
-    """Factors of the tissue `normal`, and the subglottal pressure (Pa)."""
+    """Factors of the tissue `thesis_corrected`, and the subglottal pressure (Pa)."""
 
     body: float
     ligament: float
@@ -101,7 +102,7 @@ def scene_of(
     scene = scene.replace(
         {
             "mesh.larynx": larynx,
-            "tissue": "normal",
+            "tissue": "thesis_corrected",
             "symmetry": symmetry,
             "airflow.subglottal_pressure": voice.pressure,
             "time.duration": duration,

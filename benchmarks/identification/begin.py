@@ -50,7 +50,9 @@ class Folds:
 
     def __init__(self, frequency: float, viscosity: float) -> None:
         larynx = plica.Larynx(larynx="coarse", order=1)
-        scene = plica.Scene(larynx, "normal", time=plica.Stepping(step=1 / (RATE * STEPS), duration="1 ms"))
+        scene = plica.Scene(
+            larynx, "thesis_corrected", time=plica.Stepping(step=1 / (RATE * STEPS), duration="1 ms")
+        )
         self.scene = scene.replace(
             {f"tissue.{name}.viscosity": viscosity * scene.tissue[name].viscosity for name in LAYERS}
         )

@@ -47,7 +47,7 @@ TISSUE: dict[str, dict[str, float]] = {
     layer: {
         name: getattr(tissue, name) for name in ("E", "nu", "E_fibre", "nu_fibre", "mu_fibre", "viscosity")
     }
-    for layer, tissue in TISSUE_PRESETS["normal"].items()
+    for layer, tissue in TISSUE_PRESETS["thesis_corrected"].items()
 }
 
 

@@ -45,7 +45,7 @@ def _simulation(way: str, level: Level, step: float) -> Any:
         plica.Scene.model_validate(
             {
                 "mesh": MESHES[str(level["larynx"])],
-                "tissue": "normal",
+                "tissue": "thesis_corrected",
                 "airflow": {"subglottal_pressure": "0.8 kPa", "coupling": given.get("coupling", "iterated")},
                 "contact": {
                     given.get("enforcement", "multipliers"): {},

@@ -21,7 +21,7 @@ warnings.simplefilter("ignore", plica.CautionWarning)
 folder = Path(tempfile.mkdtemp())
 scene = plica.Scene(
     plica.Larynx(larynx="coarse", order=2),
-    "normal",
+    "thesis_corrected",
     airflow=plica.Airflow(subglottal_pressure="0.8 kPa", rise="5 ms"),
     contact=plica.Multipliers(),
     symmetry="quarter",

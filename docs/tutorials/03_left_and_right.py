@@ -20,7 +20,7 @@ import plica
 
 warnings.simplefilter("ignore", plica.CautionWarning)
 folder = Path(tempfile.mkdtemp())
-normal = plica.TISSUE_PRESETS["normal"]
+normal = plica.TISSUE_PRESETS["thesis_corrected"]
 tissue = {layer: normal[layer] for layer in ("body", "ligament", "cover")}
 for layer in ("ligament", "cover"):
     stiffer = {"E_fibre": 1.4 * normal[layer].E_fibre, "mu_fibre": 1.4 * normal[layer].mu_fibre}

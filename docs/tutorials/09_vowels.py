@@ -6,8 +6,8 @@ The same folds under three vocal tracts: /a/, /i/ and /u/, as sound, with their 
 """
 
 # %%
-# The woman's voice between lungs and lips (:doc:`/voices`), on a coarse mesh and with linear tissue, which are
-# quick. Only the shape of the tract differs; its resonances act back on the folds.
+# The woman's voice between lungs and lips (:doc:`/voices`), on a coarse mesh and with linear tissue,
+# which are quick. Only the shape of the tract differs; its resonances act back on the folds.
 
 import tempfile
 import warnings

@@ -19,7 +19,7 @@ THESIS_TISSUE: dict[str, dict[str, Any]] = {
     layer: {
         name: getattr(tissue, name) for name in ("E", "nu", "E_fibre", "nu_fibre", "mu_fibre", "viscosity")
     }
-    for layer, tissue in TISSUE_PRESETS["normal"].items()
+    for layer, tissue in TISSUE_PRESETS["thesis_corrected"].items()
 }
 
 MOVIE = Synthetic(

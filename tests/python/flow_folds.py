@@ -19,7 +19,7 @@ def folds(gap: float = 0.0, stiffness: float = 1.0, viscosity: float = 1.0, **ch
     sections = [(z, minor + gap) for z, minor in preset.all_options()["sections"]]
     options = plica.LarynxOptions(**TINY_LARYNX, sections=sections)
     tissue = {}
-    for name, layer in TISSUE_PRESETS["normal"].items():
+    for name, layer in TISSUE_PRESETS["thesis_corrected"].items():
         fields = {key: value for key, value in layer.model_dump().items() if value is not None}
         for key in ("E", "E_fibre", "mu_fibre"):
             fields[key] *= stiffness

@@ -12,7 +12,7 @@ from plica.commands.main import _parser
 from repository import ROOT
 
 FIRST_VOICE = """\
-tissue = "normal"
+tissue = "thesis_corrected"
 contact = "multipliers"
 airflow = {{ subglottal_pressure = "1.55 kPa", area = {{ cut = {{ sections = 40 }} }} }}
 initial = {{ opening_velocity = "0.1 m/s" }}

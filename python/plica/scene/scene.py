@@ -70,8 +70,8 @@ class Scene(Part):
     mesh: Mesh
     """The mesh of the tissue."""
     tissue: dict[str, Tissue] = Field(min_length=1)
-    """Layer name to its tissue, or to the name of a preset, "normal" or "thesis"; or that name for all
-    layers."""
+    """Layer name to its tissue, or to the name of a preset, "thesis_corrected" or "thesis"; or that
+    name for all layers."""
     time: Stepping
     """Scheme, step and duration."""
     supports: Supports | None = None

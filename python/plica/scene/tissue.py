@@ -34,8 +34,9 @@ class Tissue(Part):
     """Elastic tissue with Kelvin-Voigt viscosity; transversely isotropic if `E_fibre` is given. Without
     `posture` and `strain` it is linear.
 
-    A layer of a scene may use the tissue of a preset, ``cover = "normal"``, or change some of its values,
-    ``cover = {preset = "normal", viscosity = "0.2 Pa s"}``; the presets are "normal" and "thesis".
+    A layer of a scene may use the tissue of a preset, ``cover = "thesis_corrected"``, or change some of its
+    values, ``cover = {preset = "thesis_corrected", viscosity = "0.2 Pa s"}``; the presets are
+    "thesis_corrected" and "thesis".
     """
 
     E: Annotated[Pressure, Field(gt=0)]

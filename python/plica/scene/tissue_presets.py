@@ -32,12 +32,12 @@ def _corrected(row: dict[str, Any]) -> Tissue:
 
 
 TISSUE_PRESETS: Mapping[str, Mapping[str, Tissue]] = {
-    "normal": {layer: _corrected(row) for layer, row in _PRINTED.items()},
+    "thesis_corrected": {layer: _corrected(row) for layer, row in _PRINTED.items()},
     "thesis": {layer: _as_printed(row) for layer, row in _PRINTED.items()},
 }
-"""Preset to layer to tissue. "normal": Paper A, Table III, with mu = E / (2 (1 + nu)) across the fibre and
-0.35 of the viscosities; "thesis": as printed, where mu_transverse = E / (1 + nu) is a separate value that
-does not change with E or nu."""
+"""Preset to layer to tissue. "thesis_corrected": Paper A, Table III, with mu = E / (2 (1 + nu)) across the
+fibre and 0.35 of the viscosities; "thesis": as printed, where mu_transverse = E / (1 + nu) is a separate
+value that does not change with E or nu."""
 
 
 def by_name(tissue: object) -> object:
@@ -50,8 +50,8 @@ def by_name(tissue: object) -> object:
 
 
 def _layer(layer: object, given: object) -> object:
-    """A layer's tissue; ``"normal"`` is that of the preset, ``{preset = "normal", E = ...}`` with another
-    E."""
+    """A layer's tissue; ``"thesis_corrected"`` is that of the preset, ``{preset =
+    "thesis_corrected", E = ...}`` with another E."""
     if isinstance(given, str):
         return _preset_layer(layer, given)
     if isinstance(given, Mapping) and "preset" in given:

@@ -27,7 +27,7 @@ def test_a_scene_has_the_factors_of_its_draw_and_nothing_else_is_changed() -> No
     voice = drawn(1, 1)[0]
     scene = scene_of(voice)
     for layer in SOFTER:
-        tissue, preset = scene.tissue[layer], TISSUE_PRESETS["normal"][layer]
+        tissue, preset = scene.tissue[layer], TISSUE_PRESETS["thesis_corrected"][layer]
         for name in ("E", "E_fibre", "mu_fibre"):
             assert getattr(tissue, name) == pytest.approx(getattr(voice, layer) * getattr(preset, name))
         assert tissue.viscosity == pytest.approx(voice.viscosity * preset.viscosity)

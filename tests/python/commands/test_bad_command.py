@@ -106,7 +106,7 @@ def test_a_solve_that_fails_is_exit_code_one(
 )
 def test_the_name_of_a_choice_is_answered_with_the_nearest(changes: dict[str, str], hint: str) -> None:
     scene = plica.Scene(
-        plica.Larynx(larynx="coarse"), "normal", time=plica.Stepping(step="50 us", duration="1 ms")
+        plica.Larynx(larynx="coarse"), "thesis_corrected", time=plica.Stepping(step="50 us", duration="1 ms")
     )
     with pytest.raises(plica.InvalidInput, match=hint.replace("?", r"\?")):
         scene.replace(changes)

@@ -16,7 +16,7 @@ from plica.video.analysis import load
 
 _EXTRAS = ("av", "meshio", "tifffile", "xarray", "openpyxl", "onnxruntime", "pycine", "pydicom", "weasyprint")
 _SCENE = """
-tissue = "normal"
+tissue = "thesis_corrected"
 symmetry = "quarter"
 mesh = { larynx = "coarse" }
 airflow = { subglottal_pressure = "0.8 kPa" }

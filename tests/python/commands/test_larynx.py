@@ -55,7 +55,7 @@ def test_the_table_it_writes_begins_a_scene(
     assert main(["larynx", frame, *asked]) == 2  # it may have become a scene since
     assert f"{out}, {out.with_suffix('.svg')} would be overwritten" in capsys.readouterr().err
     assert out.read_text() == written
-    out.write_text(written + 'tissue = "normal"\ntime = { step = "50 us", duration = "1 ms" }\n')
+    out.write_text(written + 'tissue = "thesis_corrected"\ntime = { step = "50 us", duration = "1 ms" }\n')
     assert plica.Scene.load(out).time.steps == 20  # keys below the mesh are the scene's
     out.write_text(written + _TISSUE)
     scene = plica.Scene.load(out)

@@ -356,7 +356,7 @@ def test_a_coarser_scene_differs_in_its_mesh_alone() -> None:
     assert coarser.replace({"mesh.divisions": (4, 5, 2)}) == scene
     assert why == ""
     assert coarser_scene(Settings(coarser="none"), scene) == (None, "")
-    larynx = plica.Scene(plica.Larynx(larynx="coarse", order=2), "normal", time=scene.time)
+    larynx = plica.Scene(plica.Larynx(larynx="coarse", order=2), "thesis_corrected", time=scene.time)
     none, why = coarser_scene(Settings(), larynx)
     assert none is None
     assert 'no larynx coarser than "coarse"' in why

@@ -34,7 +34,7 @@ def _voice() -> plica.Scene:
     """Linear elements: a minute part of the work, and a voice all the same."""
     return plica.Scene(
         plica.Larynx(larynx="coarse"),
-        "normal",
+        "thesis_corrected",
         airflow=plica.Airflow(subglottal_pressure="0.6 kPa"),
         initial=plica.Initial(opening_velocity="1 m/s"),
         time=plica.Stepping(step="50 us", duration="38 ms"),
@@ -71,7 +71,7 @@ def test_intervals_of_a_voice_are_refused_because_they_would_not_hold_the_truth(
 
 def test_a_voice_is_a_scene_with_airflow_or_a_larynx_of_unknown_pressures() -> None:
     block = block_scene()
-    larynx = plica.Scene(plica.Larynx(larynx="coarse"), "normal", time=block.time)
+    larynx = plica.Scene(plica.Larynx(larynx="coarse"), "thesis_corrected", time=block.time)
     breathing = block.replace({"airflow": {}})
     known = Settings(drive=Path("drive.csv"))
     assert [fed_back(Settings(), scene) for scene in (larynx, block, breathing)] == [True, False, True]

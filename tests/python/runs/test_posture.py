@@ -23,7 +23,7 @@ from plica.scene.mesh.summary import mesh_summary
 def voice(posture: Any = None, **parts: Any) -> plica.Scene:
     """A larynx of few cells, whose fibres stiffen."""
     tissue = {
-        layer: plica.TISSUE_PRESETS["normal"][layer].replace({"stiffening": 2.0})
+        layer: plica.TISSUE_PRESETS["thesis_corrected"][layer].replace({"stiffening": 2.0})
         for layer in ("body", "ligament", "cover")
     }
     return plica.Scene(

@@ -283,7 +283,9 @@ def test_a_bad_scene_is_one_sentence(kind: str, tmp_path: Path, capsys: pytest.C
 
 
 def test_an_empty_supports_heading_is_refused_and_free_tissue_is_written_in_words() -> None:
-    start = 'mesh = { larynx = "coarse" }\ntissue = "normal"\ntime = { step = 5e-5, duration = 1e-3 }\n'
+    start = (
+        'mesh = { larynx = "coarse" }\ntissue = "thesis_corrected"\ntime = { step = 5e-5, duration = 1e-3 }\n'
+    )
     with pytest.raises(plica.SceneError, match=r"supports: is empty; must name what is fixed.*fixed = \[\]"):
         plica.Scene.from_text(start + "[supports]\n")
     with pytest.raises(plica.SceneError, match="is empty; must name what is fixed"):

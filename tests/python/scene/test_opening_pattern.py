@@ -53,7 +53,7 @@ def file_of(
 def opened(mesh: Any, **initial: Any) -> plica.Scene:
     return plica.Scene(
         mesh,
-        "normal",
+        "thesis_corrected",
         time=plica.Stepping(step="50 us", duration="1 ms"),
         initial=plica.Initial(**initial),
         supports=plica.Supports(fixed=("wall",)),

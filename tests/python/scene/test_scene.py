@@ -191,7 +191,7 @@ def test_cartilages_hold_what_lies_beyond_the_ends_of_the_glottis() -> None:
     larynx = plica.Larynx(larynx="coarse", order=2, folds=plica.Folds(length="12 mm"))
     scene = plica.Scene(
         larynx,
-        "normal",
+        "thesis_corrected",
         time=plica.Stepping(step="50 us", duration="1 ms"),
         supports=plica.Supports(cartilages=True),
     )

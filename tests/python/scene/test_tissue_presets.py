@@ -20,7 +20,9 @@ def _scene(tissue: Any) -> plica.Scene:
     )
 
 
-@pytest.mark.parametrize(("name", "example"), [("normal", "normal_phonation"), ("thesis", "thesis")])
+@pytest.mark.parametrize(
+    ("name", "example"), [("thesis_corrected", "normal_phonation"), ("thesis", "thesis")]
+)
 def test_a_preset_is_the_tissue_that_the_example_writes_out(name: str, example: str) -> None:
     written = plica.Scene.load(EXAMPLES / f"{example}.toml").tissue
     preset = _scene(name).tissue
@@ -33,9 +35,9 @@ def test_a_preset_is_the_tissue_that_the_example_writes_out(name: str, example: 
 
 
 def test_a_layer_takes_a_preset_by_name_or_with_values_of_its_own() -> None:
-    soft = {"preset": "normal", "E_fibre": "5 kPa", "right": {"viscosity": 1}}
-    scene = _scene({"body": "normal", "ligament": "thesis", "cover": soft})
-    normal = plica.TISSUE_PRESETS["normal"]
+    soft = {"preset": "thesis_corrected", "E_fibre": "5 kPa", "right": {"viscosity": 1}}
+    scene = _scene({"body": "thesis_corrected", "ligament": "thesis", "cover": soft})
+    normal = plica.TISSUE_PRESETS["thesis_corrected"]
     assert scene.tissue["body"] == normal["body"]
     assert scene.tissue["ligament"] == plica.TISSUE_PRESETS["thesis"]["ligament"]
     assert scene.tissue["cover"].E_fibre == 5000
@@ -45,19 +47,22 @@ def test_a_layer_takes_a_preset_by_name_or_with_values_of_its_own() -> None:
 
 
 def test_a_preset_changed_on_one_side_is_stored_as_it_is() -> None:
-    scene = _scene("normal").replace({"tissue.cover.left": {"matrix_stiffening": 4.0}})
+    scene = _scene("thesis_corrected").replace({"tissue.cover.left": {"matrix_stiffening": 4.0}})
     stored = plica.Scene.from_text(scene.text())
     assert stored == scene
     assert stored.tissue["cover"].on("left").matrix_stiffening == 4
-    assert stored.tissue["cover"].on("right") == plica.TISSUE_PRESETS["normal"]["cover"]
+    assert stored.tissue["cover"].on("right") == plica.TISSUE_PRESETS["thesis_corrected"]["cover"]
 
 
 @pytest.mark.parametrize(
     ("tissue", "message"),
     [
-        ("norml", 'tissue = "norml"; must be one of normal, thesis'),
-        ({"body": "norml", "ligament": "normal", "cover": "normal"}, 'tissue.body = "norml"; must be one of'),
-        ({"skin": "normal"}, 'the preset "normal" has body, ligament, cover only'),
+        ("norml", 'tissue = "norml"; must be one of thesis_corrected, thesis'),
+        (
+            {"body": "norml", "ligament": "thesis_corrected", "cover": "thesis_corrected"},
+            'tissue.body = "norml"; must be one of',
+        ),
+        ({"skin": "thesis_corrected"}, 'the preset "thesis_corrected" has body, ligament, cover only'),
         ({"body": {"preset": 3}}, "tissue.body.preset = 3; must be one of"),
     ],
 )
@@ -79,7 +84,11 @@ def test_a_preset_that_does_not_exist_is_refused(tissue: Any, message: str) -> N
 def test_another_stiffness_across_the_fibre_needs_its_shear_modulus(own: dict[str, Any], where: str) -> None:
     with pytest.raises(plica.SceneError, match=f"{where}: must be given with E or nu"):
         _scene({"body": "thesis", "ligament": "thesis", "cover": {"preset": "thesis"} | own})
-    normal = {"body": "normal", "ligament": "normal", "cover": {"preset": "normal"} | own}
+    normal = {
+        "body": "thesis_corrected",
+        "ligament": "thesis_corrected",
+        "cover": {"preset": "thesis_corrected"} | own,
+    }
     assert _scene(normal).tissue["cover"].mu_transverse is None  # follows E and nu
 
 
@@ -104,7 +113,7 @@ def test_the_first_example_is_short_and_its_folds_close() -> None:
 
 
 def test_numbers_of_the_corrected_tissue_are_as_they_are_written() -> None:
-    for tissue in TISSUE_PRESETS["normal"].values():
+    for tissue in TISSUE_PRESETS["thesis_corrected"].values():
         for name, value in tissue.model_dump(exclude_none=True).items():
             if isinstance(value, float):
                 assert len(repr(value)) <= 8, name  # 0.14, not 0.35 * 0.4 = 0.13999999999999999

@@ -72,7 +72,7 @@ def test_layers_have_the_volume_of_their_thickness() -> None:
 def test_a_stored_scene_keeps_the_sizes_and_changes_by_them() -> None:
     scene = plica.Scene(
         plica.Larynx(larynx="coarse", order=2, folds=plica.Folds(length="12 mm")),
-        "normal",
+        "thesis_corrected",
         time=plica.Stepping(step="50 us", duration="1 ms"),
     )
     assert plica.Scene.from_text(scene.text()) == scene
@@ -90,7 +90,7 @@ def test_more_is_cut_from_the_tips_of_folds_unless_another_share_is_given(stored
     def larynx(**parts: Any) -> plica.Larynx:
         scene = plica.Scene(
             plica.Larynx(larynx="coarse", **parts),
-            "normal",
+            "thesis_corrected",
             time=plica.Stepping(step="50 us", duration="1 ms"),
         )
         mesh = (plica.Scene.from_text(scene.text()) if stored else scene).mesh
@@ -136,7 +136,7 @@ def test_sizes_that_no_larynx_has_are_refused(mesh: dict[str, Any], message: str
     with pytest.raises(plica.SceneError) as error:
         plica.Scene(
             {"larynx": "coarse", **mesh},
-            "normal",
+            "thesis_corrected",
             time=plica.Stepping(step="50 us", duration="1 ms"),
         )
     assert message in str(error.value)

@@ -33,7 +33,7 @@ def scene_of(folds: dict[str, Any], larynx: str = "coarse", order: int = 2, **pa
     options = plica.LarynxOptions(around=parts.pop("around", 24))
     return plica.Scene(
         plica.Larynx(larynx=larynx, order=order, folds=plica.Folds(**SIZES | folds), options=options),
-        parts.pop("tissue", "normal"),
+        parts.pop("tissue", "thesis_corrected"),
         time=plica.Stepping(step="50 us", duration="1 ms"),
         **parts,
     )
@@ -107,7 +107,7 @@ def test_a_lesion_of_the_tissues_own_constants_changes_no_bit() -> None:
 def test_a_lesion_of_all_of_a_layer_is_a_change_of_its_constants() -> None:
     """Matrices to the bit: of one side, where factors are powers of two."""
     side = {"E": 2e3, "E_fibre": 20e3, "mu_fibre": 20e3, "viscosity": 0.07, "density": 1100.0}
-    tissue = dict(plica.TISSUE_PRESETS["normal"])
+    tissue = dict(plica.TISSUE_PRESETS["thesis_corrected"])
     changed = tissue | {"cover": tissue["cover"].replace({"right": plica.TissueSide(**side)})}
     whole = {
         "fold": "right",
@@ -157,9 +157,9 @@ def test_where_lesions_overlap_factors_multiply() -> None:
 
 
 def test_what_stiffens_is_that_of_the_layer_on_each_side_and_in_a_lesion() -> None:
-    cover = plica.TISSUE_PRESETS["normal"]["cover"]
+    cover = plica.TISSUE_PRESETS["thesis_corrected"]["cover"]
     own = {"stiffening": 1.5, "matrix_stiffening": 3.0, "left": {"matrix_stiffening": 5.0}}
-    tissue = dict(plica.TISSUE_PRESETS["normal"]) | {"cover": cover.replace(own)}
+    tissue = dict(plica.TISSUE_PRESETS["thesis_corrected"]) | {"cover": cover.replace(own)}
     scene = scene_of({"lesions": [POLYP | {"stiffness": 2.0}]}, tissue=tissue, around=12)
     materials, names, _ = materials_of(scene, plica.scene_mesh(scene))
     expected = {"cover.left": (1.5, 5.0), "cover.right": (1.5, 3.0), "ligament": (0, 0), "body": (0, 0)}
@@ -369,7 +369,7 @@ def test_what_no_fold_has_is_refused(folds: dict[str, Any], message: str) -> Non
     with pytest.raises(plica.SceneError) as error:
         plica.Scene(
             {"larynx": "coarse", "folds": SIZES | folds},
-            "normal",
+            "thesis_corrected",
             time=plica.Stepping(step="50 us", duration="1 ms"),
         )
     (line,) = str(error.value).splitlines()

@@ -131,7 +131,7 @@ def test_equal_scenes_begin_equally_whatever_the_order_of_their_regions() -> Non
     for names in (given, reversed(given)):
         scene = plica.Scene(
             plica.Larynx(larynx="thesis_coarse"),
-            "normal",
+            "thesis_corrected",
             time=plica.Stepping(step="50 us", duration="1 ms"),
             initial=plica.Initial(velocity={name: given[name] for name in names}),
             supports=plica.Supports(fixed=("ends",)),
