@@ -306,7 +306,7 @@ std::unique_ptr<SteppedSimulation> make_simulation(
     const LinearSolver::Method& solver, bool lumped_mass, std::optional<AirflowPart> airflow,
     std::optional<ContactPart> contact, std::vector<Load> loads, std::optional<Vec3> gravity,
     std::optional<RealArray> displacement, std::optional<RealArray> velocity, std::optional<py::array> probes,
-    std::optional<Reduction> reduction, std::shared_ptr<LastBasis> last_basis,
+    std::optional<Reduction> reduction, std::optional<std::shared_ptr<LastBasis>> last_basis,
     const std::optional<std::string>& symmetry, const std::optional<FiniteStrain>& strain) {
   Scene scene =
       make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
@@ -315,7 +315,7 @@ std::unique_ptr<SteppedSimulation> make_simulation(
   if (displacement) scene.displacement = to_points(*displacement, "Simulation", "displacement");
   if (velocity) scene.velocity = to_points(*velocity, "Simulation", "velocity");
   scene.reduction = std::move(reduction);
-  if (scene.reduction) scene.reduction->last = std::move(last_basis);
+  if (scene.reduction) scene.reduction->last = std::move(last_basis).value_or(nullptr);
   if (symmetry) scene.symmetry = Shown<Symmetry>::take(*symmetry, "Simulation", "symmetry");
   scene.strain = strain;
   Simulation::Options options;

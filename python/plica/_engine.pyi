@@ -526,7 +526,7 @@ class Simulation:
         velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
         probes: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]] | None = None,
         reduction: Reduction | None = None,
-        last_basis: LastBasis = None,
+        last_basis: LastBasis | None = None,
         symmetry: str | None = None,
         strain: FiniteStrain | None = None,
     ) -> None: ...
