@@ -135,7 +135,9 @@ def rows(options: Any) -> Iterator[list[object]]:
         wanted += [
             (name, text, changed(scene, changes))
             for text, changes in varied.items()
-            if (not options.only or text in options.only) and (text != "mesh fine" or name in options.fine)
+            if (not options.only or text in options.only)
+            and (text != "mesh fine" or name in options.fine)
+            and (text != "half the step" or name in options.half)
         ]
     with ProcessPoolExecutor(options.jobs) as pool:
         yield from pool.map(row, *zip(*wanted, strict=True), [options.start] * len(wanted))
@@ -146,6 +148,9 @@ if __name__ == "__main__":
     parser.add_argument("--voices", nargs="+", default=VOICES, choices=VOICES)
     parser.add_argument("--only", nargs="+", help="of the variations, e.g. 'as it is' 'mesh fine'")
     parser.add_argument("--fine", nargs="*", default=VOICES, choices=VOICES, help="voices also on `fine`")
+    parser.add_argument(
+        "--half", nargs="*", default=VOICES, choices=VOICES, help="voices also in half the step"
+    )
     parser.add_argument("--isolate", choices=VOICES, help="vary the parts of this voice instead")
     parser.add_argument("--mesh", help="another larynx than the voice's, e.g. coarse")
     parser.add_argument("--step", type=float, metavar="S", help="another step than the voice's")
