@@ -66,10 +66,11 @@ void require_symmetric_tissue(const Scene& scene, const MirrorImages& images) {
     if (alike(tissue.materials[here], tissue.materials[there], planes)) continue;
     const Vector3 at = scene.mesh.points(scene.mesh.cells.row(c), Eigen::all).colwise().mean();
     const Vector3 image = scene.mesh.points(scene.mesh.cells.row(own), Eigen::all).colwise().mean();
-    throw InvalidInput("Scene: symmetry: the tissue " + tissue.names[here] + " at " + place_text(at) +
-                       " is not the mirror image of " + tissue.names[there] + " at " + place_text(image) +
-                       "; must have its density, its viscosity, and its stiffness with the fibre mirrored. Leave "
-                       "symmetry out, or make them equal.");
+    throw InvalidInput(
+        "Scene: symmetry: the tissue " + tissue.names[here] + " at " + place_text(at) +
+        " is not the mirror image of " + tissue.names[there] + " at " + place_text(image) +
+        "; must have its density, viscosity, stiffening, matrix_stiffening and active stress, and its "
+        "stiffness with the fibre mirrored. Leave symmetry out, or make them equal.");
   }
 }
 

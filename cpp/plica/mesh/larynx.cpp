@@ -91,6 +91,11 @@ void require_positive(const std::string& name, double value) {
   if (!(value > 0) || !std::isfinite(value)) throw InvalidInput("Larynx", name, value, "m", "> 0");
 }
 
+void require_not_negative(const std::string& name, double value) {
+  if (!(value >= 0) || !std::isfinite(value))
+    throw InvalidInput("Larynx", name, value, "", value < 0 ? ">= 0" : ">= 0 and finite");
+}
+
 void require_at_least(const std::string& name, std::int64_t value, std::int64_t least) {
   if (value < least)
     throw InvalidInput("Larynx", name, static_cast<double>(value), "", ">= " + std::to_string(least));
@@ -155,10 +160,8 @@ void validate(const Larynx::Shape& shape, const Larynx::Levels& how) {
 
 void validate(const Larynx::Shape& shape, const Larynx::Triangulated& how) {
   require_positive("size", how.size);
-  if (!(how.growth >= 0) || !std::isfinite(how.growth))
-    throw InvalidInput("Larynx", "growth", how.growth, "", ">= 0");
-  if (!(how.tip_cut >= 0) || !std::isfinite(how.tip_cut))
-    throw InvalidInput("Larynx", "tip_cut", how.tip_cut, "", ">= 0");
+  require_not_negative("growth", how.growth);
+  require_not_negative("tip_cut", how.tip_cut);
   require_lines(how.around);
   const double height = shape.sections[shape.layers_to_section].z - shape.sections[shape.layers_from_section].z;
   double area = 0;  // m^2, of the half section

@@ -32,7 +32,7 @@ class InternalForce {
   struct Batch {
     std::int32_t cell[lanes];      // its number; the last one again where there are too few, without volume
     std::int32_t node[10][lanes];  // of its corners and mid-sides
-    /// mu, lambda, beta, 2 (mu' - mu), e - 4 (mu' - mu), E', 4 k, s, eta, the fibre's components.
+    /// mu, lambda, beta, 2 (mu' - mu), e - 4 (mu' - mu), E', 4 k, s, m, eta, the fibre's components.
     double law[13][lanes];
     std::ptrdiff_t map;  // the first of its maps
     bool curved, stiffens, matrix_stiffens, pulls;

@@ -131,7 +131,7 @@ void Material::validate(const std::string& where) const {
   if (!(stiffening >= 0)) throw InvalidInput(where, "stiffening", stiffening, "", ">= 0");
   if (stiffening > 0 && !std::holds_alternative<TransverselyIsotropic>(elasticity))
     throw InvalidInput(where, "stiffening", stiffening, "", "0 in isotropic tissue",
-                       "Its fibres are what stiffens.");
+                       "Its fibres are what stiffens. Use matrix_stiffening.");
   require_finite(where, "matrix_stiffening", matrix_stiffening, "");
   if (!(matrix_stiffening >= 0)) throw InvalidInput(where, "matrix_stiffening", matrix_stiffening, "", ">= 0");
   require_finite(where, "active_stress", active_stress, "Pa");

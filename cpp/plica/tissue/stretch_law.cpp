@@ -77,8 +77,8 @@ StretchLaw::Response StretchLaw::at(const Matrix3& F) const {
                    2 * beta_ * (c * dyad_.transpose() + dyad_ * c.transpose()) +
                    stiffness * (dyad_ * dyad_.transpose());
   if (matrix_stiffening_ > 0) {
-    const Vector6 along = voigt(Matrix3::Identity()) - c;  // dw/dE
-    response.slope += matrix_stiffening_ * mu_ * (along * along.transpose());
+    const Vector6 shape_slope = voigt(Matrix3::Identity()) - c;  // dw/dE
+    response.slope += matrix_stiffening_ * mu_ * (shape_slope * shape_slope.transpose());
   }
   return response;
 }

@@ -25,7 +25,7 @@ TEST_CASE("a posture is mirrored, unless it moves nothing but round-off") {
   }
 }
 
-TEST_CASE("a fibre is mirrored in both planes, and each copy has the density and the viscosity of the others") {
+TEST_CASE("a fibre is mirrored in both planes, and each copy has the other constants of the others") {
   Scene scene = tissue_scene(symmetric_folds().mesh, 0.3, 0.0);
   scene.symmetry = Symmetry::quarter;
   Tissue& tissue = scene.tissue;
@@ -48,9 +48,14 @@ TEST_CASE("a fibre is mirrored in both planes, and each copy has the density and
       Scene other = scene;
       change(other.tissue.materials[copy]);
       CHECK_THROWS_WITH_AS(SymmetricPart{other}, doctest::Contains("is not the mirror image of"), InvalidInput);
+      CHECK_THROWS_WITH_AS(SymmetricPart{other},
+                           doctest::Contains("stiffening, matrix_stiffening and active stress"), InvalidInput);
     };
     refused([](Material& material) { material.density += 1.0; });
     refused([](Material& material) { material.viscosity += 0.01; });
+    refused([](Material& material) { material.stiffening = 1.0; });
+    refused([](Material& material) { material.matrix_stiffening = 1.0; });
+    refused([](Material& material) { material.active_stress = 1e3; });
     for (int axis = 0; axis < 3; ++axis)
       refused(
           [axis](Material& material) { std::get<TransverselyIsotropic>(material.elasticity).fibre[axis] *= -1; });

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <limits>
 #include <set>
 
 #include "../approx.hpp"
@@ -244,6 +245,12 @@ TEST_CASE("options out of range are refused by name") {
   CHECK(refusal([](Larynx& l) {
           l.meshed = Larynx::Triangulated{0.35e-3, 0.7, 12, -0.5};
         }) == "Larynx: tip_cut = -0.5; must be >= 0.");
+  CHECK(refusal([](Larynx& l) {
+          l.meshed = Larynx::Triangulated{0.35e-3, 0.7, 12, std::numeric_limits<double>::infinity()};
+        }) == "Larynx: tip_cut = inf; must be >= 0 and finite.");
+  CHECK(refusal([](Larynx& l) {
+          l.meshed = Larynx::Triangulated{0.35e-3, std::numeric_limits<double>::quiet_NaN(), 12, 0.1};
+        }) == "Larynx: growth = nan; must be >= 0 and finite.");
 }
 
 TEST_CASE("a larynx of more nodes than can be numbered is refused before anything overflows") {

@@ -202,4 +202,9 @@ TEST_CASE("every bound of a material is named with its value") {
   refused([](Material& m, Law&) { m.elasticity = Isotropic{1e3, 0.5}; }, "nu = 0.5; must be < 0.5.");
   refused([](Material& m, Law&) { m.elasticity = Isotropic{1e3, -1}; }, "nu = -1; must be > -1.");
   refused([](Material& m, Law&) { m.elasticity = Isotropic{0, 0.3}; }, "E = 0 Pa; must be > 0.");
+  refused(
+      [](Material& m, Law&) {
+        m = {Isotropic{1e3, 0.3}, 1040, 0, 1};
+      },
+      "stiffening = 1; must be 0 in isotropic tissue. Its fibres are what stiffens. Use matrix_stiffening.");
 }
