@@ -1,11 +1,12 @@
 """Voices of larynges with a lesion, beside a healthy one: what it does to sound, phase and contact.
 
     python -m benchmarks.voice.lesions --picture lesions.png   # the examples' own mesh and step
+    python -m benchmarks.voice.lesions --accuracy "half the step" --voices healthy polyp paralysis chink
     python -m benchmarks.voice.lesions --accuracy "mesh demo" --voices healthy polyp paralysis chink
 
 The scenes are examples/polyp.toml, paralysis.toml and chink.toml; "healthy" is the same voice on the same
 mesh without what they have, "gap of the polyp" has that alone; in "stiffer" and "slacker" more of it
-differs. Means over the steady cycles from `--from` on. Records: `lesions`, `lesions_accuracy`.
+differs. Means over the steady cycles from `--from` on. Records: `lesions`, `lesions_step`, `lesions_demo`.
 """
 
 from __future__ import annotations
@@ -154,22 +155,22 @@ def row(name: str, varied: str, scene: plica.Scene, start: float, panels: list[P
 
 
 def rows(options: Any, panels: list[Panel] | None) -> Iterator[list[object]]:
-    changed = {text: ACCURACY[text] for text in options.accuracy} or {"as it is": {}}
+    text = options.accuracy or "as it is"
+    changes = {"output.every": None, "output.start": None, **ACCURACY.get(text, {})}
     for name, scene in scenes().items():
         if name in (options.voices or (name,)):
-            for text, changes in changed.items():
-                output = {"output.every": None, "output.start": None}
-                yield row(name, text, scene.replace({**output, **changes}), options.start, panels)
+            yield row(name, text, scene.replace(changes), options.start, panels)
 
 
 if __name__ == "__main__":
     parser = script_parser(__doc__)
     parser.add_argument("--voices", nargs="+", choices=tuple(scenes()))
-    parser.add_argument("--accuracy", nargs="+", default=(), choices=tuple(ACCURACY), help="vary these")
+    parser.add_argument("--accuracy", choices=tuple(ACCURACY), help="vary this")
     parser.add_argument("--from", dest="start", type=float, default=0.15, metavar="S")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the voices")
     chosen = parser.parse_args()
     drawn: list[Panel] | None = None if chosen.picture is None else []
-    record("lesions_accuracy" if chosen.accuracy else "lesions", COLUMNS, rows(chosen, drawn))
+    name = "lesions_" + chosen.accuracy.split()[-1] if chosen.accuracy else "lesions"
+    record(name, COLUMNS, rows(chosen, drawn))
     if drawn is not None:
         draw(drawn, chosen.picture)
