@@ -1,8 +1,9 @@
 """An octave sung by the cricothyroid muscle alone: python octave.py [DIR] [NOTES]
 
-The woman's voice of `voice = "female"` at rising activations of the muscle that lengthens the folds. Writes
-DIR/octave.wav (default: runs/octave), one note after the other, and prints the pitch of each; a run that is
-there already is kept. Some five minutes for eight notes.
+The folds of `voice = "female"` in linear tissue about their posture, at rising activations of the muscle that
+lengthens them: at finite strain the notes between are irregular (docs/voices.md). Writes DIR/octave.wav
+(default: runs/octave), one note after the other, and prints the pitch of each; a run that is there already is
+kept. Some two minutes for eight notes.
 """
 
 from __future__ import annotations
@@ -23,9 +24,10 @@ def voice(cricothyroid: float) -> plica.Scene:
     """The contraction of what holds the tissue leaves the gap between the folds nearly as it is at rest."""
     return plica.Scene.of_voice("female").replace(
         {
+            "strain": None,
             "mesh.larynx": "coarse",
             "posture": {"muscles": {"cricothyroid": cricothyroid}, "contraction": 0.48 - 0.16 * cricothyroid},
-            "time.duration": "0.2 s",
+            "time": {"step": "100 us", "duration": "0.2 s"},
         }
     )
 

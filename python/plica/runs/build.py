@@ -252,7 +252,7 @@ def _airway_located(scene: Scene, mesh: _engine.TetMesh, error: InvalidInput) ->
     if mesh.rest is not None and text.startswith(("Airflow: interface", "Airflow: least width")):
         return SceneError(
             f"{scene.source}: posture: the airway is not open all along. {text} At rest it may be: take "
-            "less of the posture, a wider glottis, or a larger posture.contraction."
+            "less of the posture, a wider glottis, or a smaller posture.contraction."
         )
     if scene.airflow is None or not text.startswith("Airflow: interface"):
         return located(scene, error)

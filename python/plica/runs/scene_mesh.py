@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, SolveFailed, nearest, one_of
+from plica.measures.contour import narrowest_gap
 from plica.runs.materials import materials_of
 from plica.scene.held import fixed_components
 from plica.scene.mesh.build import build_mesh
@@ -80,7 +81,23 @@ def at_posture(scene: Scene, mesh: _engine.TetMesh) -> _engine.TetMesh:
         raise
     except InvalidInput as error:
         raise SceneError(f"{scene.source}: {str(error).replace('Posture:', 'posture:')}") from None
+    _require_open(scene, posture, found)
     return found
+
+
+def _require_open(scene: Scene, posture: Posture, mesh: _engine.TetMesh) -> None:
+    """Raise SceneError where the folds, apart at rest, cross at the posture."""
+    airway = mesh.surfaces.get("airway")
+    if airway is None:
+        return
+    rest, now = (1e3 * narrowest_gap(np.asarray(x, dtype=float), airway) for x in (mesh.rest, mesh.points))
+    if rest > 0 and now <= 0:
+        raise SceneError(
+            f"{scene.source}: {_given(posture)} with posture.contraction = {posture.contraction:g}: the "
+            f"folds are {now:.3g} mm apart where they are nearest (at rest {rest:.3g} mm); must be > 0. "
+            "What holds the tissue contracts more than the tissue does: take a smaller posture.contraction, "
+            "or less of the posture."
+        )
 
 
 def _stretches(posture: Posture | None) -> bool:

@@ -208,6 +208,9 @@ def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
     if isinstance(scene.mesh, Larynx):
         for key, value in _layer_thicknesses(scene.mesh):
             yield "layer_thickness", key, value
+        for k, lesion in enumerate(scene.mesh.folds.lesions if scene.mesh.folds else ()):
+            if lesion.density is not None:
+                yield "tissue_density", f"mesh.folds.lesions[{k}].density", lesion.density
     if scene.gravity is not None:
         yield "gravity", "gravity", math.hypot(*scene.gravity)
     for k, load in enumerate(scene.loads):

@@ -204,7 +204,7 @@ def test_a_mesh_at_rest_is_none_of_a_posture() -> None:
 
 def test_what_is_held_does_not_depend_on_the_posture() -> None:
     supports = plica.Supports(fixed=("wall",), wall_from_y="7.3 mm")
-    scene = voice(plica.Posture(elongation=0.2), supports=supports)
+    scene = voice(plica.Posture(elongation=0.05), supports=supports)
     fixed = fixed_components(scene, plica.scene_mesh(scene))
     np.testing.assert_array_equal(fixed, fixed_components(scene, plica.build_mesh(scene.mesh)))
 
@@ -268,3 +268,13 @@ def test_the_way_to_a_posture_is_by_postures_of_less_elongation() -> None:
     np.testing.assert_allclose(whole(0.5), half(1.0), rtol=0, atol=1e-16)
     assert not whole(0.0).any()
     assert np.abs(whole(0.5) - 0.5 * whole(1.0)).max() > 1e-4  # no straight line
+
+
+def test_a_posture_at_which_the_folds_cross_is_refused() -> None:
+    scene = plica.Scene.of_voice("female").replace(
+        {"mesh.larynx": "coarse", "posture": {"muscles": {"cricothyroid": 0.6}}}
+    )
+    with pytest.raises(
+        SceneError, match=r"posture.contraction = 0.5: the folds are -0.1\d* mm apart .* smaller"
+    ):
+        plica.scene_mesh(scene)
