@@ -80,7 +80,12 @@ def heard(scene: plica.Scene, start: float) -> tuple[list[str | None], str]:
         except (plica.InvalidInput, plica.SolveFailed) as error:
             return [None, None, None], str(error).splitlines()[0][:120]
         if run.cycles.count < 3 or run.cycles.verdict in ("decaying", "ended"):
-            return [None, None, None], "silent"
+            why = (
+                ""
+                if run.cycles.verdict in ("decaying", "ended")
+                else run.measures["fundamental_frequency"].note
+            )
+            return [None, None, None], why[:120] or "silent"
         found: list[str | None] = []
         for name, factor, how in (
             ("fundamental_frequency", 1.0, ".1f"),
