@@ -60,7 +60,8 @@ class Motion:
         fields = run.fields
         if "displacement" not in fields or "time" not in fields:
             raise InvalidInput(
-                "Film: stored fields = 0; must be >= 2. Set output.every in the scene and run again."
+                "Film: stored fields = 0; must be >= 2. Set output.every, or an earlier output.start, in the "
+                "scene and run again."
             )
         self.time = np.asarray(fields["time"], dtype=float)
         if self.time.size < 2:

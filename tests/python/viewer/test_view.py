@@ -331,7 +331,7 @@ def test_a_run_without_fields_says_which_key_stores_them(
     plica.run(bar.replace({"output": plica.Output()}), tmp_path / "run", progress=False)
     for command in (["view"], ["film", "-o", str(tmp_path / "clip.npy")]):
         message = refused([*command, str(tmp_path / "run")], capsys)
-        assert "stored fields = 0; must be >= 2. Set output.every in the scene and run again." in message
+        assert "stored fields = 0; must be >= 2. Set output.every, or an earlier output.start," in message
 
 
 def test_a_directory_that_may_not_be_written_to_is_named(
