@@ -74,9 +74,9 @@ def nothing_moved(run: RunData) -> Caution | None:
 
 
 def unsteady_voice(run: RunData) -> Caution | None:
-    """The measured cycles are not steady: the vibration still changes, decays, or is irregular."""
+    """The measured cycles are not steady: the vibration changes, decays, is irregular or subharmonic."""
     cycles = run.cycles
-    if "minimum_area" not in run.waveforms or cycles.settled or cycles.verdict == "none":
+    if "minimum_area" not in run.waveforms or cycles.verdict in ("steady", "none"):
         return None
     if cycles.verdict == "ambiguous":
         return Caution(
@@ -91,6 +91,13 @@ def unsteady_voice(run: RunData) -> Caution | None:
             "Use a higher subglottal pressure, a narrower glottis or softer tissue.",
         )
     low, high = 1e3 * cycles.periods.min(), 1e3 * cycles.periods.max()
+    if cycles.verdict == "subharmonic":
+        return Caution(
+            "unsteady_voice",
+            f"{cycles.count} cycles were measured, {low:.3g} to {high:.3g} ms long; {cycles.note}.",
+            "Frequency and quotients are those of the pulses, which differ in turns; less pressure, or "
+            "stiffer tissue, may give a voice of one period.",
+        )
     return Caution(
         "unsteady_voice",
         f"{cycles.count} cycles were measured, {low:.3g} to {high:.3g} ms long; {cycles.note}.",

@@ -461,3 +461,17 @@ def test_a_run_that_ends_before_fields_are_stored_is_doubted() -> None:
     assert both.seen.count("ends before that") == 2
     (without,) = said_of(begun.format("20 ms") + "\nwithout airflow")
     assert without == caution
+
+
+def test_pulses_that_differ_in_turns_are_an_unsteady_voice() -> None:
+    voice = replace(Phonation(), impulse=0.0)
+    run = voice.run()
+    area = run.waveforms["minimum_area"]
+    turns = 1 + 0.1 * np.cos(np.pi * voice.frequency * run.time)  # every second pulse larger
+    for waves, told in ((area, False), (area * turns, True)):
+        found = cautions(replace(run, waveforms={**run.waveforms, "minimum_area": waves}))
+        unsteady = [caution for caution in found if caution.name == "unsteady_voice"]
+        assert bool(unsteady) == told
+        if told:
+            assert "pattern of 2" in unsteady[0].seen
+            assert "those of the pulses" in unsteady[0].advice
