@@ -55,8 +55,8 @@ def phases_of(run: RunData) -> Phases:
     """
     if "displacement" not in run.fields:
         raise InvalidInput(
-            "View: stored fields = 0; must be >= 2. Set output.every, or an earlier output.start, in the scene "
-            "and run again."
+            "View: stored fields = 0; must be >= 2. Set output.every, or an earlier output.start, in the "
+            "scene and run again."
         )
     time = np.asarray(run.fields["time"], dtype=float)
     if time.size < least_phases:
