@@ -261,7 +261,9 @@ def unused_stiffening(bodies: Bodies) -> Caution | None:
     linear tissue at rest keeps its moduli. It is softer, and a voice of it has another pitch."""
     scene = bodies.scene
     posture = scene.posture
-    if scene.strain is not None or (posture is not None and (posture.stretch or posture.active_stress)):
+    if scene.strain is not None or (
+        posture is not None and (posture.stretch or any(posture.active_stress.values()))
+    ):
         return None
     unused = [
         f"tissue.{layer}{side}.{name} = {value:g}"
