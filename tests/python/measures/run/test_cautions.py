@@ -475,3 +475,32 @@ def test_pulses_that_differ_in_turns_are_an_unsteady_voice() -> None:
         if told:
             assert "pattern of 2" in unsteady[0].seen
             assert "those of the pulses" in unsteady[0].advice
+
+
+def test_tissue_stiffens_at_finite_strain_and_at_a_posture_alone() -> None:
+    scene = plica.Scene.of_voice("female").replace({"mesh.larynx": "coarse", "strain": None})
+    mesh = plica.build_mesh(scene.mesh)
+    for changes, unused in (
+        ({}, True),
+        ({"posture": {"elongation": 0.0}}, True),
+        ({"posture": {"active_stress": {"body": 0}}}, True),
+        ({"posture": {"elongation": 0.1}}, False),
+        ({"posture": {"active_stress": {"body": "1 kPa"}}}, False),
+        ({"strain": "finite"}, False),
+    ):
+        names = [caution.name for caution in scene_cautions(scene.replace(changes), mesh)]
+        assert ("unused_stiffening" in names) == unused, changes
+
+
+def test_the_density_of_a_lesion_is_asked_about() -> None:
+    scene = plica.Scene.of_voice("female").replace(
+        {
+            "symmetry": None,
+            "mesh.larynx": "coarse",
+            "mesh.options.around": 24,
+            "mesh.folds.lesions": [{"fold": "left", "size": ["5 mm", "1.6 mm", "0.8 mm"], "density": 1.06}],
+        }
+    )
+    (caution,) = scene_cautions(scene, plica.build_mesh(scene.mesh))
+    assert caution.name == "tissue_density"
+    assert "mesh.folds.lesions[0].density = 1.06 kg/m^3" in caution.seen
