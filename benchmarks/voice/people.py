@@ -1,4 +1,4 @@
-"""Voices of people: measures of the presets on two meshes and with two steps, and what each part does to it.
+"""Voices of people: measures of the presets on three meshes and in half the step, and what each part does.
 
     python -m benchmarks.voice.people                        # the presets
     python -m benchmarks.voice.people --isolate female       # what each part of one does to its voice

@@ -391,3 +391,10 @@ def test_a_shape_that_folds_the_mesh_over_is_refused_with_what_is_possible() -> 
         plica.SceneError, match=r"mesh.folds: left_gap.* must be at most 0\.\d+ of what they are"
     ):
         plica.scene_mesh(scene)
+
+
+def test_a_lesion_is_as_deep_as_the_tissue_at_most() -> None:
+    lesion = {"fold": "left", "size": ["5 mm", "1.6 mm", "7 mm"]}
+    assert plica.Folds(depth="7 mm", gap="0.6 mm", lesions=[lesion]).lesions[0].size[2] == 7e-3
+    with pytest.raises(plica.SceneError, match=r"size\[2\].* = 0.0071.*must be <= 7 mm, the depth"):
+        plica.Folds(depth="7 mm", gap="0.6 mm", lesions=[lesion | {"size": ["5 mm", "1.6 mm", "7.1 mm"]}])
