@@ -59,7 +59,7 @@ Eq. (25), "LM at n + 1" at the end of the step.
 REASONS = {  # beginning of a claim: why it may fail; shown where it does
     "f0 within": (
         "f0: linear tetrahedra on this mesh are too stiff, and the whole wall is held, which the thesis "
-        "does not state (phonation.md)."
+        "does not state ([phonation.md](phonation.md))."
     ),
     "open quotient (1 %) within": (
         "open quotient, flow, contact length: P hardly touches on this mesh, B closes over most of its "
