@@ -66,7 +66,6 @@ REASONS = {  # beginning of a claim: why it may fail; shown where it does
         "length; the published values lie between."
     ),
     "f0 falls": "f0 by pressure: the published change is only 3 Hz.",
-    "largest total force": ("force by penalty: see Figure 11."),
     "multipliers at the weighted": (
         "overlap: Eq. (25) as printed closes the gap at a weighted position and leaves 43 % of the last "
         "gap as overshoot; closed at the end of the step, only the tolerance is left."
