@@ -100,10 +100,10 @@ def asymmetry(shelf: Shelf) -> Plate | None:
     apart = max(float(record.measures["contact_force_balance"].value or 0) for record in records.values())
     along, most = max(anteroposterior(record) for record in records.values()), max(records)
     text = (
-        f"Forces on both folds differ by {apart:.0e} of the largest. The largest compression in the middle "
-        f"half grows with the mismatch: on the left fold {grows['left']}, on the right one "
-        f"{grows['right']}. Amplitude right over left at "
-        f"{most} %: {number(ratios[most], 3)}; without contact forces {number(bare[most], 3)}. The largest "
+        f"Forces on both folds differ by {apart:.0e} of the largest. Growth of the largest compression in "
+        f"the middle half with the mismatch: left fold {grows['left']}, right one {grows['right']}. "
+        f"Amplitude right over left at {most} %: {number(ratios[most], 3)}; without contact forces "
+        f"{number(bare[most], 3)}. The largest "
         f"anteroposterior force is {along:.0e} N."
     )
     rows = [
