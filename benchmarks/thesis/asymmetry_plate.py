@@ -94,24 +94,16 @@ def asymmetry(shelf: Shelf) -> Plate | None:
         panels[0].legend(fontsize=7)
         panels[2].legend(fontsize=7)
 
-    def both(name: str, digits: int) -> str:
-        texts = (
-            f"{p} %: {number(getattr(folds[p]['left'], name), digits)} and "
-            f"{number(getattr(folds[p]['right'], name), digits)}"
-            for p in records
-        )
-        return ", ".join(texts)
-
     grows = {
         side: verdict_text(rises([folds[p][side].compression for p in records])) for side in ("left", "right")
     }
     apart = max(float(record.measures["contact_force_balance"].value or 0) for record in records.values())
     along, most = max(anteroposterior(record) for record in records.values()), max(records)
     text = (
-        f"Forces on both folds differ by {apart:.0e} of the largest. Largest compression in the middle half "
-        f"of the left and the right fold (kPa) {both('compression', 2)}: growth of the left one "
-        f"{grows['left']}, of the right one {grows['right']}. Amplitude right over left at "
-        f"{most} %: {number(ratios[most], 3)}; without contact forces {number(bare[most], 3)}. The largest "
+        f"Forces on both folds differ by {apart:.0e} of the largest. Growth of the largest compression in "
+        f"the middle half with the mismatch: left fold {grows['left']}, right one {grows['right']}. "
+        f"Amplitude right over left at {most} %: {number(ratios[most], 3)}; without contact forces "
+        f"{number(bare[most], 3)}. The largest "
         f"anteroposterior force is {along:.0e} N."
     )
     rows = [

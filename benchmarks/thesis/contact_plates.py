@@ -119,7 +119,7 @@ def impact_stress(shelf: Shelf) -> Plate | None:
         f"{number(peaks['multipliers'], 2)} and {number(peaks['penalty 1e7'], 2)} kPa. The earlier peak is "
         f"{verdict_text(rises([rise['multipliers'], rise['penalty 1e7']]))}, its greater height "
         f"{verdict_text(rises([peaks['penalty 1e7'], peaks['multipliers']]))}. A peak of one step is no "
-        "property of the folds: it grows as the step falls (docs/phonation.md)."
+        "property of the folds: [it grows as the step falls](phonation.md)."
     )
     return Plate(
         "fig10",
@@ -216,15 +216,11 @@ def schemes(shelf: Shelf) -> Plate | None:
         rougher = rises([r and r.roughness for r in pair])
         larger = rises([r and r.value("amplitude_right") for r in pair])
         verdicts.append(
-            f"{kind}: rougher by the trapezoidal rule {verdict_text(rougher)}, larger {verdict_text(larger)}"
+            f"{kind}: rougher force {verdict_text(rougher)}, larger amplitude {verdict_text(larger)}"
         )
     steady = all(r is not None and r.run.status == "finished" for r in records.values())
     verdicts.append("all four stable at 50 µs as published" if steady else "not all stable at 50 µs")
-    rough = [f"{name} {number(r.roughness, 2)}" for name, r in records.items() if r is not None]
-    text = (
-        f"Total variation of the nodal forces, one rise and fall being 1: {', '.join(rough)}. "
-        f"{'; '.join(verdicts)}."
-    )
+    text = f"By the trapezoidal rule, {'; '.join(verdicts)}."
     return Plate(
         "fig12",
         "Figure 12: force at a node by time scheme",

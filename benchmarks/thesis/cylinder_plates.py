@@ -39,9 +39,8 @@ def shapes(shelf: Shelf) -> Plate:
         "fig06",
         "Figure 6: two colliding cylinders",
         "Geometry and shapes at 1.1 and 3 ms.",
-        "Density, radius, length and position are not given; chosen: end to end along "
-        f"x, radius 1 m, length {cylinders.LENGTH:g} m, {cylinders.DENSITY:g} kg/m³. The cylinders flatten "
-        "and widen at the contact as one expects.",
+        "Density, radius, length and position are not given ([what was chosen](verification/cylinders.md)): "
+        f"end to end along x, length {cylinders.LENGTH:g} m.",
         ["time (ms)", "cylinder", "x (m)", "y (m)"],
         [
             [1e3 * time, k, *point]
@@ -96,8 +95,7 @@ def forces(shelf: Shelf) -> Plate:
         f"picture the contact lasts {durations} ms (bars: "
         f"{1e3 * cylinders.bar_duration():.2f} ms), and the impulse is {impulses} of twice the momentum. "
         f"The force is least at {least:.1f} ms and then largest at {largest:.1f} ms; the thesis has its "
-        "extremes at 1.1 and 3 ms. Its largest stress, 4.89e5 kPa, is ten times that of bars, perhaps a "
-        "misprint (docs/verification/cylinders.md)."
+        "extremes at 1.1 and 3 ms."
     )
     return Plate(
         "fig07",

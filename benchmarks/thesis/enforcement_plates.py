@@ -164,7 +164,7 @@ def overlap(shelf: Shelf) -> Plate | None:
         "fig11",
         "Figure 11: contact area and force over the overlap",
         "Both grow as kappa falls and the folds overlap more; less pressure, less force.",
-        f"{comparison(found)} Values are below, at Paper B's Figures 3 and 4.",
+        comparison(found),
         HEADER,
         rows(found),
         (7.4, 3.0),

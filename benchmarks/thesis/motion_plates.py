@@ -53,7 +53,7 @@ def motion(shelf: Shelf) -> Plate | None:
     grows = "grows upward as in the thesis" if vertical[-1] > vertical[0] else "does not grow upward"
     text = (
         f"The vertical motion {grows} ({vertical[0]:.2f} mm at S8, {vertical[-1]:.2f} mm at the glottal "
-        f"exit); f0 is {number(f0, 0)} Hz instead of about 219 Hz (docs/phonation.md), and contact "
+        f"exit); f0 is {number(f0, 0)} Hz instead of about 219 Hz ([phonation](phonation.md)), and contact "
         f"stops the upper node at x = {1e1 * lowest:.3f} mm."
     )
     every = slice(0, None, 4)

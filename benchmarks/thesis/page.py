@@ -59,14 +59,13 @@ Eq. (25), "LM at n + 1" at the end of the step.
 REASONS = {  # beginning of a claim: why it may fail; shown where it does
     "f0 within": (
         "f0: linear tetrahedra on this mesh are too stiff, and the whole wall is held, which the thesis "
-        "does not state (phonation.md)."
+        "does not state ([phonation.md](phonation.md))."
     ),
     "open quotient (1 %) within": (
         "open quotient, flow, contact length: P hardly touches on this mesh, B closes over most of its "
         "length; the published values lie between."
     ),
     "f0 falls": "f0 by pressure: the published change is only 3 Hz.",
-    "largest total force": ("force by penalty: see Figure 11."),
     "multipliers at the weighted": (
         "overlap: Eq. (25) as printed closes the gap at a weighted position and leaves 43 % of the last "
         "gap as overshoot; closed at the end of the step, only the tolerance is left."

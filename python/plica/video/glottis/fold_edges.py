@@ -14,7 +14,7 @@ of them stands still, which stops the other. Or it rests where it mostly is, as 
 last and first have that place. Neither is seen: it is taken halfway between both, and may be off by as much,
 by as far as it would go with the mean of their velocities, as two bodies alike do, or by what the midline is
 nearer, where folds stop that meet on it
-(docs/recordings_motion.md, "Edges of folds that touch").
+(docs/recordings_motion.md, "Left and right").
 
 A strand of mucus hides the edges below it. In a wide slit it is known by parting the mask, in a narrow one it
 is not; so what a strand crosses in many frames in which the slit is wide there has, in all frames, the edges
