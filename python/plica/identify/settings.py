@@ -193,7 +193,7 @@ class Settings(Part):
         try:
             return cls.model_validate(table)
         except ValidationError as error:
-            raise SceneError(describe(error, path.name, within)) from None
+            raise SceneError(describe(error, path.name, cls, within)) from None
 
     def tissue_parameters(self, scene: Scene) -> list[TissueParameter]:
         """The estimated parameters with their priors; the default median is the scene's value."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, SceneError
 from plica.runs.basis_file import write_basis
 from plica.runs.build import build_simulation, contact_sides
 from plica.runs.full_run import stored_motion
@@ -73,7 +73,8 @@ def reduce(
     Raises
     ------
     InvalidInput
-        If the run does not fit the scene, or more vectors are asked for than there are.
+        If the run does not fit the scene, the scene cannot be reduced, or more vectors are asked for than
+        there are.
     """
     path = Path(path)
     reach = quantity("reduce", "contact_reach", contact_reach, "m", 1e-9, 1.0)
@@ -84,6 +85,10 @@ def reduce(
         raise InvalidInput(
             f"reduce: components = {components}; must be left out with a scene: they are of a run's motion."
         )
+    try:
+        chosen.replace({"reduction": {"basis": path}})
+    except SceneError as error:
+        raise InvalidInput(f"reduce: the basis is of no use to its scene: {error}") from None
     mesh = scene_mesh(chosen)
     basis = basis_of(
         chosen,

@@ -168,7 +168,7 @@ class _Changer:
         try:
             return type(old).model_validate(data)
         except ValidationError as error:
-            self.problems += describe(error, self.where, path)
+            self.problems += describe(error, self.where, type(old), path)
             return old
 
     def _table(self, old: Mapping[str, Any], change: _Node, path: Path) -> dict[str, Any]:

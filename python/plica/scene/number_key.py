@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from plica.errors import InvalidInput
 from plica.scene.changes import Changeable, key_names
+from plica.scene.field_types import leaves, unit_of
 from plica.scene.problems import path_text, unknown_text, value_text
-from plica.units import Unit
 
 __all__ = ["NumberKey", "number_key"]
 
@@ -57,8 +56,8 @@ def number_key(scene: Changeable, key: str, where: str) -> NumberKey:
             )
         value, kinds = _inside(value, kinds, name, path, where)
         path.append(int(name) if name.isdecimal() else name)
-    unit = next(_units(kinds), None)
-    plain = [kind for kind in _leaves(kinds) if kind in (int, float)]
+    unit = unit_of(kinds)
+    plain = [kind for kind in leaves(kinds) if kind in (int, float)]
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if (unit is None and not plain and not number) or not (number or value is None):
         raise InvalidInput(f"{where}: {key} = {value_text(_plain(value))}; must be a number to vary it.")
@@ -84,18 +83,6 @@ def _inside(
         has = f"has {len(value)} entries, from [0]" if value else "is empty"
         raise InvalidInput(f"{where}: {path_text([*path, name])} is not known: {path_text(path)} {has}.")
     raise InvalidInput(f"{where}: {path_text([*path, name])} is not known: {path_text(path)} has no parts.")
-
-
-def _leaves(kinds: tuple[Any, ...]) -> Iterator[Any]:
-    """What annotations are made of: types, and what stands beside them."""
-    for kind in kinds:
-        inner = (*typing.get_args(kind), *getattr(kind, "__metadata__", ()))
-        yield kind
-        yield from _leaves(inner)
-
-
-def _units(kinds: tuple[Any, ...]) -> Iterator[str]:
-    return (kind.si for kind in _leaves(kinds) if isinstance(kind, Unit))
 
 
 def _plain(value: Any) -> Any:

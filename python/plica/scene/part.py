@@ -55,7 +55,7 @@ class _PartType(_ModelType):
         try:
             return super().__call__(**dict(zip(names, args, strict=False)), **fields)
         except ValidationError as error:
-            raise SceneError(describe(error, cls.__name__)) from None
+            raise SceneError(describe(error, cls.__name__, cls)) from None
 
 
 class Part(Changeable, metaclass=_PartType):

@@ -7,10 +7,11 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from plica.errors import nearest, one_of
+from plica.scene.field_types import unit_at
 
 __all__ = ["describe", "differences", "path_text", "unknown_text", "value_text"]
 
@@ -60,12 +61,14 @@ def _shown(value: object) -> str | None:
     return "none" if value is None else value_text(value)
 
 
-def describe(error: ValidationError, where: str, inside: tuple[str | int, ...] = ()) -> list[str]:
+def describe(
+    error: ValidationError, where: str, part: type[BaseModel], inside: tuple[str | int, ...] = ()
+) -> list[str]:
     """One line per error, each starting with `where`; `inside` is the path of the validated part."""
-    return [f"{where}: {line}" for details in error.errors() for line in _lines(details, inside)]
+    return [f"{where}: {line}" for details in error.errors() for line in _lines(details, part, inside)]
 
 
-def _lines(details: ErrorDetails, inside: tuple[str | int, ...]) -> list[str]:
+def _lines(details: ErrorDetails, part: type[BaseModel], inside: tuple[str | int, ...]) -> list[str]:
     context: dict[str, Any] = details.get("ctx", {})
     path = (*inside, *details["loc"], *context.get("path", ()))
     if details["type"] == "unknown_names":
@@ -77,10 +80,13 @@ def _lines(details: ErrorDetails, inside: tuple[str | int, ...]) -> list[str]:
     else:
         path = _without_branches(path)
         value = details["input"]
-    relation = _relation(details, context)
+    unit = f" {name}" if (name := unit_at(part, details["loc"])) else ""
+    relation = _relation(details, context, unit)
     if not path:
         return [relation]
-    shown = "" if value is _MISSING else f" = {value_text(value)}{context.get('unit', '')}"
+    if details["type"] not in _BOUNDS or isinstance(value, str):
+        unit = ""
+    shown = "" if value is _MISSING else f" = {value_text(value)}{context.get('unit', unit)}"
     return [f"{path_text(path)}{shown}{';' if shown else ':'} {relation}"]
 
 
@@ -102,21 +108,23 @@ def _without_branches(path: tuple[str | int, ...]) -> tuple[str | int, ...]:
     )
 
 
-def _relation(details: ErrorDetails, context: dict[str, Any]) -> str:
+_BOUNDS = {
+    "greater_than": (">", "gt"),
+    "greater_than_equal": (">=", "ge"),
+    "less_than": ("<", "lt"),
+    "less_than_equal": ("<=", "le"),
+}
+
+
+def _relation(details: ErrorDetails, context: dict[str, Any], unit: str) -> str:
     """``must be ...`` for each kind of error of the parts."""
     kind = details["type"]
     if kind in {"scene", "quantity"}:
         return str(context["relation"])
-    bounds = {
-        "greater_than": ">",
-        "greater_than_equal": ">=",
-        "less_than": "<",
-        "less_than_equal": "<=",
-    }
-    for name, sign in bounds.items():
-        if kind == name:
-            bound = context[{">": "gt", ">=": "ge", "<": "lt", "<=": "le"}[sign]]
-            return f"must be {sign} {bound:g}." + _sign_hint(details["input"], bound)
+    if kind in _BOUNDS:
+        sign, name = _BOUNDS[kind]
+        bound = context[name]
+        return f"must be {sign} {bound:g}{unit if bound else ''}." + _sign_hint(details["input"], bound)
     if kind == "literal_error":
         return _one_of_texts(str(context.get("expected", "")), details["input"])
     relations = {

@@ -177,7 +177,7 @@ class Scene(Part):
             try:
                 scene = cls.model_validate(data)
             except ValidationError as error:
-                raise SceneError(describe(error, where)) from None
+                raise SceneError(describe(error, where, cls)) from None
         scene._source = where
         return scene
 
@@ -333,7 +333,9 @@ def _leave_out(data: dict[str, Any], key: str, where: str) -> None:
     for name in path:
         table = table.setdefault(name, {}) if isinstance(table, dict) else None
     if not isinstance(table, dict) or last in table:
-        raise SceneError(f"{where}: without: {key} must not be left out and given.")
+        twice = isinstance(table, dict) and table[last] is None
+        relation = "must stand once; it stands twice." if twice else "must not be left out and given."
+        raise SceneError(f"{where}: without: {key} {relation}")
     table[last] = None
 
 

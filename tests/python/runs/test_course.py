@@ -76,7 +76,7 @@ def test_what_is_no_course_is_told(phonating: plica.Scene, changes: dict[str, An
 
 @pytest.mark.parametrize(
     ("pressure", "text"),
-    [(700.0, "= 700.0 Pa; must be the greatest of airflow.course, 800 Pa"), (0, "= 0; must be > 0")],
+    [(700.0, "= 700.0 Pa; must be the greatest of airflow.course, 800 Pa"), (0, "= 0 Pa; must be > 0")],
 )
 def test_another_subglottal_pressure_is_refused(phonating: plica.Scene, pressure: float, text: str) -> None:
     with pytest.raises(plica.SceneError) as error:

@@ -63,7 +63,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
         'tissue.ligament.mu_fiber is not known. Did you mean "mu_fibre"?',
     ),
     "missing key": ('duration = "1 ms"', "", "s.toml: time.duration is missing."),
-    "wrong sign": (*pressure("-800"), "airflow.subglottal_pressure = -800; must be > 0. Is the sign"),
+    "wrong sign": (*pressure("-800"), "airflow.subglottal_pressure = -800 Pa; must be > 0. Is the sign"),
     "wrong dimension": (*pressure('"8 kHz"'), "must be a number in Pa or a text with a unit of that"),
     "unknown unit": (
         *pressure('"1 kpa"'),
@@ -155,7 +155,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "penalty": (
         "[contact.multipliers]",
         "[contact.penalty]\nstiffness = 0",
-        "contact.penalty.stiffness = 0; must be > 0.",
+        "contact.penalty.stiffness = 0 N/m; must be > 0.",
     ),
     "contact surface": (
         "[contact.multipliers]",

@@ -137,7 +137,7 @@ def test_newmark_is_limited_by_its_stability_alone(bar: plica.Scene, beta: float
 def test_a_part_speaks_for_itself() -> None:
     with pytest.raises(plica.InvalidInput) as caught:
         plica.Airflow(subglottal_pressure=-800)
-    assert str(caught.value) == "Airflow: subglottal_pressure = -800; must be > 0. Is the sign right?"
+    assert str(caught.value) == "Airflow: subglottal_pressure = -800 Pa; must be > 0. Is the sign right?"
 
 
 def test_a_flow_that_jumps_needs_sweeps_after_it_is_held_and_no_other_does() -> None:
@@ -161,8 +161,8 @@ def test_several_problems_are_several_lines() -> None:
     assert caught.value.problems == (
         "s.toml: mesh is missing.",
         "s.toml: tissue is missing.",
-        "s.toml: time.step = 0; must be > 0.",
-        "s.toml: time.duration = -1; must be > 0. Is the sign right?",
+        "s.toml: time.step = 0 s; must be > 0.",
+        "s.toml: time.duration = -1 s; must be > 0. Is the sign right?",
     )
 
 

@@ -70,6 +70,10 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
             'voice = "male"\nwithout = ["tract"]\ntract.wall = "rigid"',
             "mine.toml: without: tract must not be left",
         ),
+        (
+            'voice = "male"\nwithout = ["tract", "tract"]',
+            "mine.toml: without: tract must stand once",
+        ),
         ('voice = "male"\nwithout = ["mesh"]', "mine.toml: mesh is missing"),
         (
             'without = ["tract"]\ntissue = "thesis_corrected"',

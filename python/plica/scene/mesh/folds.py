@@ -49,7 +49,8 @@ class Folds(Part):
     thickness: Annotated[Length, Field(ge=0.3e-3, le=10e-3)] = 2.7e-3
     """[m] Height of the medial surface, between the edges."""
     gap: Annotated[Length, Field(gt=0, le=4e-3)] = 0.5e-3
-    """[m] Between the folds before they move, in the middle, where it is narrowest."""
+    """[m] Between the folds before they move, in the middle, where it is narrowest. Beside `left_gap` and
+    `right_gap` it only sets how far outward the wall is."""
     medial_angle: Annotated[Angle, Field(ge=-0.35, le=0.35)] = 0.0
     """[rad] Of each medial surface from the vertical, ``"3 deg"``. Positive: the glottis narrows upward, as
     before a voice; negative: it widens."""

@@ -328,7 +328,7 @@ def test_lesions_are_drawn_and_told(tmp_path: Path) -> None:
             {"lesions": [POLYP | {"below_edge": "4 mm"}]},
             "lesions[0].below_edge = 0.004 m; must be <= 3 mm, the",
         ),
-        ({"lesions": [POLYP | {"size": [0, MM, MM]}]}, "lesions[0].size[0] = 0; must be > 0"),
+        ({"lesions": [POLYP | {"size": [0, MM, MM]}]}, "lesions[0].size[0] = 0 m; must be > 0"),
         ({"lesions": [POLYP | {"size": [MM, MM]}]}, "lesions[0].size[2] is missing"),
         (
             {"lesions": [POLYP | {"size": [MM, MM, "9 mm"]}]},
@@ -337,8 +337,8 @@ def test_lesions_are_drawn_and_told(tmp_path: Path) -> None:
         ({"lesions": [{"fold": "left"}]}, "lesions[0].size is missing"),
         ({"lesions": [POLYP | {"stiffness": 0}]}, "lesions[0].stiffness = 0; must be > 0"),
         ({"lesions": [POLYP | {"viscosity": -1}]}, "lesions[0].viscosity = -1; must be >= 0"),
-        ({"lesions": [POLYP | {"density": 0}]}, "lesions[0].density = 0; must be > 0"),
-        ({"lesions": [POLYP | {"protrusion": -MM}]}, "lesions[0].protrusion = -0.001; must be >= 0"),
+        ({"lesions": [POLYP | {"density": 0}]}, "lesions[0].density = 0 kg/m^3; must be > 0"),
+        ({"lesions": [POLYP | {"protrusion": -MM}]}, "lesions[0].protrusion = -0.001 m; must be >= 0"),
         (
             {"lesions": [POLYP | {"protrusion": "0.7 mm"}]},
             "lesions[0].protrusion = 0.0007 m; must be < 0.6 mm: ",
@@ -355,9 +355,9 @@ def test_lesions_are_drawn_and_told(tmp_path: Path) -> None:
             {"lesions": [POLYP | {"stifness": 2}]},
             'lesions[0].stifness is not known. Did you mean "stiffness"?',
         ),
-        ({"left_gap": 0}, "left_gap = 0; must be > 0"),
+        ({"left_gap": 0}, "left_gap = 0 m; must be > 0"),
         ({"right_gap": "5 mm"}, 'right_gap = "5 mm"; must be <= 0.004'),
-        ({"posterior_chink": {"width": -MM, "length": MM}}, "posterior_chink.width = -0.001; must be > 0"),
+        ({"posterior_chink": {"width": -MM, "length": MM}}, "posterior_chink.width = -0.001 m; must be > 0"),
         (
             {"posterior_chink": {"width": MM, "length": "13 mm"}},
             "posterior_chink.length = 0.013 m; must be <= 12 mm",
