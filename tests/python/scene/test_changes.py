@@ -64,7 +64,10 @@ def test_a_changed_scene_is_that_of_the_edited_file(
         ({"tissue.covr": None}, 'tissue.covr is not known. Did you mean "cover"?'),
         ({"tissue.cover.E": "1 mm"}, 'tissue.cover.E = "1 mm"; must be a number in Pa'),
         ({"tissue.cover.nu": 0.99}, "tissue.cover.nu = 0.99; must be < "),
-        ({"airflow.subglottal_pressure": -1}, "airflow.subglottal_pressure = -1 Pa; must be > 0. Is the sign"),
+        (
+            {"airflow.subglottal_pressure": -1},
+            "airflow.subglottal_pressure = -1 Pa; must be > 0. Is the sign",
+        ),
         ({"time.step": "70 us"}, "time.duration = 0.002 s; must be a whole number of steps"),
         ({"output.every": "70 us"}, "output.every = 7e-05 s; must be a whole number of steps"),
         ({"mesh": None}, "mesh is missing."),
