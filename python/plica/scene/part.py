@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, cast
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
@@ -55,7 +55,7 @@ class _PartType(_ModelType):
         try:
             return super().__call__(**dict(zip(names, args, strict=False)), **fields)
         except ValidationError as error:
-            raise SceneError(describe(error, cls.__name__, cls)) from None
+            raise SceneError(describe(error, cls.__name__, cast("type[BaseModel]", cls))) from None
 
 
 class Part(Changeable, metaclass=_PartType):
