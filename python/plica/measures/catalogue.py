@@ -15,7 +15,7 @@ from plica.errors import UnknownName
 from plica.measures.quotients import leak_level
 from plica.measures.scale import SI, Scale, shown_unit
 
-__all__ = ["CATALOGUE", "Quantity", "RecordedFrom", "Side", "Source", "names", "quantity"]
+__all__ = ["CATALOGUE", "Quantity", "RecordedFrom", "Side", "Source", "catalogue_entry", "names"]
 
 Source = Literal["run", "video", "both"]
 RecordedFrom = Literal["", "record", "marks", "area", "edges", "midline", "motion", "signal"]
@@ -878,7 +878,7 @@ def names(**properties: str | bool) -> frozenset[str]:
     )
 
 
-def quantity(name: str) -> Quantity:
+def catalogue_entry(name: str) -> Quantity:
     """The entry of that name; raises UnknownName if there is none."""
     if name not in CATALOGUE:
         raise UnknownName("Measures", name, CATALOGUE)

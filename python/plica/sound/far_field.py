@@ -25,7 +25,7 @@ from plica.units import read_quantity
 
 __all__ = [
     "FarField",
-    "air",
+    "air_density",
     "audio_rate",
     "equidistant",
     "far_field",
@@ -123,7 +123,7 @@ def far_field(
     if added is not None:
         flow = flow + added
     time, flow = equidistant(time, flow)
-    step, density = time_step(time), air(scene_text)
+    step, density = time_step(time), air_density(scene_text)
     slope = resampled_slope(flow, step, rate)
     pressure = density / (4.0 * np.pi * distance) * slope
     band = passed_share * min(rate, 1.0 / step)
@@ -152,7 +152,7 @@ def reflects(scene_text: str) -> bool:
     return end == "reflecting" or (isinstance(end, dict) and "reflecting" in end)
 
 
-def air(scene_text: str) -> float:
+def air_density(scene_text: str) -> float:
     """kg/m^3, density of the air of a scene; the engine's default where the scene does not say."""
     return _of_air(scene_text, "air_density", "kg/m^3")
 
