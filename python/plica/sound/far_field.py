@@ -21,6 +21,7 @@ from plica.errors import InvalidInput
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.resampling import passed_share, resampled_slope
 from plica.measures.scene_text import scene_table
+from plica.measures.thresholds import usual_distance
 from plica.units import read_quantity
 
 __all__ = [
@@ -32,10 +33,8 @@ __all__ = [
     "radiating_flow",
     "reflects",
     "sound_speed",
-    "usual_distance",
 ]
 
-usual_distance = 0.3  # m, from the lips: of microphones and of published levels
 audio_rate = 48000.0  # Hz
 _FEWEST = 16  # steps, below which there is no sound
 _LIPS = "lip_flow"

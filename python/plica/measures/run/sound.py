@@ -15,8 +15,9 @@ from plica.measures.harmonics import cycle_means
 from plica.measures.measure import Measure, absent, per_cycle, whole
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.recorded import marks
-from plica.measures.sound_quality import cepstral_band, harmonic_differences, sound_measures
+from plica.measures.sound_quality import harmonic_differences, sound_measures
 from plica.measures.stationary import fewest
+from plica.measures.thresholds import cepstral_band
 from plica.sound.far_field import FarField, equidistant, far_field, reflects
 from plica.sound.voice import reference_pressure
 

@@ -22,7 +22,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from plica.measures.catalogue import closed_share, names
+from plica.measures.catalogue import names
 from plica.measures.circular import circular_mean
 from plica.measures.cycles import Cycles, too_few
 from plica.measures.electroglottogram import Contact, contact_of
@@ -34,6 +34,7 @@ from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.quotients import closed_intervals, leak_level
 from plica.measures.sound_quality import sound_measures
 from plica.measures.stationary import fewest
+from plica.measures.thresholds import closed_share
 from plica.video.files.signal_file import Signal
 from plica.video.measures.wave_cautions import cautioned
 
