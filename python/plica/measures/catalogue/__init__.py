@@ -18,9 +18,9 @@ from plica.measures.catalogue import (
     sound,
     vibration,
 )
-from plica.measures.catalogue.quantity import Quantity, RecordedFrom, Side, Source
+from plica.measures.catalogue.quantity import OfSignal, Quantity, RecordedFrom, Side, Source
 
-__all__ = ["CATALOGUE", "Quantity", "RecordedFrom", "Side", "Source", "catalogue_entry", "names"]
+__all__ = ["CATALOGUE", "OfSignal", "Quantity", "RecordedFrom", "Side", "Source", "catalogue_entry", "names"]
 
 _QUANTITIES = (
     *vibration.ROWS,

@@ -12,6 +12,7 @@ from plica.measures.thresholds import fall_window
 __all__ = ["ROWS"]
 
 _airflow = partial(Quantity, group="Airflow", source="run")
+_source = partial(Quantity, group="Airflow", source="run", signal="flow")
 
 ROWS = (
     _airflow("subglottal_pressure", "Subglottal pressure", "Pa", "of the scene"),
@@ -33,7 +34,7 @@ ROWS = (
         "m^3/s",
         "in each cycle or, if there are none, in the last third of the record",
     ),
-    _airflow(
+    _source(
         "maximum_flow_declination_rate",
         "Maximum flow declination rate",
         "m^3/s^2",
@@ -42,7 +43,7 @@ ROWS = (
         extreme=True,
         bounds=(0.0, inf),
     ),
-    _airflow(
+    _source(
         "normalised_amplitude_quotient",
         "Normalised amplitude quotient",
         "1",
@@ -51,6 +52,6 @@ ROWS = (
         symbol="NAQ",
         bounds=(0.0, inf),
     ),
-    _airflow("flow_h1_h2", "H1-H2 of the glottal flow", "dB", HARMONICS.format(1, 2), symbol="H1-H2"),
-    _airflow("flow_h2_h4", "H2-H4 of the glottal flow", "dB", HARMONICS.format(2, 4), symbol="H2-H4"),
+    _source("flow_h1_h2", "H1-H2 of the glottal flow", "dB", HARMONICS.format(1, 2), symbol="H1-H2"),
+    _source("flow_h2_h4", "H2-H4 of the glottal flow", "dB", HARMONICS.format(2, 4), symbol="H2-H4"),
 )

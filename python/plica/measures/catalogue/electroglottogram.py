@@ -12,7 +12,7 @@ from plica.measures.thresholds import closed_share
 
 __all__ = ["ROWS"]
 
-_egg = partial(Quantity, group="Electroglottogram", source="video", recorded_from="signal")
+_egg = partial(Quantity, group="Electroglottogram", source="video", recorded_from="signal", signal="egg")
 
 ROWS = (
     _egg(

@@ -8,10 +8,11 @@ from typing import Literal
 
 from plica.measures.scale import SI, Scale, shown_unit
 
-__all__ = ["SHARE", "Quantity", "RecordedFrom", "Side", "Source"]
+__all__ = ["SHARE", "OfSignal", "Quantity", "RecordedFrom", "Side", "Source"]
 
 Source = Literal["run", "video", "both"]
 RecordedFrom = Literal["", "record", "marks", "area", "edges", "midline", "motion", "signal"]
+OfSignal = Literal["", "flow", "sound", "egg"]
 Side = Literal["", "left", "right", "ratio", "difference"]
 
 SHARE = (0.0, 1.0)
@@ -51,6 +52,9 @@ class Quantity:
         What of a recording tells it: the record as such, not the voice; the marks at which cycles begin, the
         glottal area, the folds' edges, the midline, the tissue's motion, a signal beside the picture; empty
         for what only runs have.
+    signal : {"", "flow", "sound", "egg"}
+        The signal that alone tells it, so that all of these are absent together: the glottal flow as a source
+        of sound, the sound, an electroglottogram; empty for other measures.
     side : {"", "left", "right", "ratio", "difference"}
         The fold it is of, or how it compares both: a ratio is 1 and a difference 0 where they move alike.
     extreme : bool
@@ -78,6 +82,7 @@ class Quantity:
     no_limit_of: Literal["every run", "surfaces with mass"] = "every run"
     diagnostic: bool = False
     recorded_from: RecordedFrom = ""
+    signal: OfSignal = ""
     side: Side = ""
     extreme: bool = False
     perturbation: Literal["", "amplitude", "decibels"] = ""

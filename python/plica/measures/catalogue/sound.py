@@ -13,10 +13,10 @@ __all__ = ["ROWS"]
 
 _RAW = "not corrected for formants"
 
-_run_sound = partial(Quantity, group="Sound", source="run")
+_run_sound = partial(Quantity, group="Sound", source="run", signal="sound")
 _tract = partial(Quantity, group="Vocal tract", source="run")
-_sound = partial(Quantity, group="Sound", source="both", recorded_from="signal")
-_video_sound = partial(Quantity, group="Sound", source="video", recorded_from="signal")
+_sound = partial(Quantity, group="Sound", source="both", recorded_from="signal", signal="sound")
+_video_sound = partial(Quantity, group="Sound", source="video", recorded_from="signal", signal="sound")
 
 ROWS = (
     _video_sound(

@@ -101,7 +101,7 @@ def signal_measures(
                 f"{signal.rate:g} samples/s for a voice of {cycles.frequency:.4g} Hz; must be "
                 f"{_FEWEST:g} times as many or more"
             )
-            found += [absent(one, said) for one in _names(name)]
+            found += [absent(one, said) for one in _names_of(name)]
             continue
         frame_time = np.arange(area.size) / fps
         measured, apart, further = (
@@ -114,8 +114,8 @@ def signal_measures(
     return SignalMeasures(found, doubts, of_rate)
 
 
-def _names(start: str) -> list[str]:
-    return sorted(name for name in names(recorded_from="signal") if name.startswith(start))
+def _names_of(signal: str) -> list[str]:
+    return sorted(names(recorded_from="signal", signal=signal))
 
 
 def _clipped(signal: Signal) -> list[str]:
@@ -202,7 +202,7 @@ def _of_egg(
             "must be > 0, as folds meet faster than they part. Invert it: FILE.wav:-CHANNEL"
         )
         known = {item.name for item in found}
-        rest = [absent(name, said) for name in _names("egg") if name not in known]
+        rest = [absent(name, said) for name in _names_of("egg") if name not in known]
         return [*found, *rest], apart, [said]
     found += _quotients(contact, signal)
     lag, doubts = _lag(contact, time, area, area_cycles, fps)
