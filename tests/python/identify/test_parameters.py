@@ -17,6 +17,12 @@ def test_parameters_are_called_as_fields_of_a_scenes_tissue() -> None:
     assert FIELDS.keys() <= plica.Tissue.model_fields.keys()
 
 
+def test_all_that_the_stiffness_depends_on_may_be_estimated() -> None:
+    names = {"mu": "mu_transverse"}
+    found = _engine.stiffness_parameters(_engine.Material(LAW, density=1040.0))
+    assert {names.get(name, name) for name in found} == FIELDS.keys() - {"viscosity"}
+
+
 @pytest.mark.parametrize("field", FIELDS)
 def test_derivatives_are_those_of_differences(field: str) -> None:
     material = _engine.Material(LAW, density=1040.0, viscosity=0.5)
