@@ -25,8 +25,8 @@ import numpy as np
 import plica
 from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
-from plica.measures.catalogue import contact_share, pressure_window
 from plica.measures.run.contact import collisions, moving_average
+from plica.measures.thresholds import contact_share, pressure_window
 from plica.runs.build import build_simulation
 from plica.scene.mesh.build import build_mesh
 from plica.uncertainty import start

@@ -38,7 +38,8 @@ import numpy as np
 from benchmarks.harness.record import this_environment
 from benchmarks.harness.study import keep, script_parser
 from benchmarks.harness.table import markdown, show
-from benchmarks.video.larynx_films import Film, Truth, drawn_films, issue_films, render, truth, unseen_films
+from benchmarks.video.larynx_films import Film, drawn_films, issue_films, unseen_films
+from benchmarks.video.larynx_renderer import Truth, render, truth
 from plica import video
 
 COLUMNS = ("film", "measure", "true", "found", "interval", "verdict", "told")

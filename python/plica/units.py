@@ -39,7 +39,7 @@ __all__ = [
     "VolumeFlow",
     "clock",
     "number",
-    "quantity",
+    "quantity_within",
     "read_quantity",
     "two_digits",
     "whole_number",
@@ -209,7 +209,7 @@ def clock(seconds: float) -> str:
     return f"{seconds / 60:.2g} min" if seconds < 5400 else f"{seconds / 3600:.2g} h"
 
 
-def quantity(where: str, name: str, value: Any, unit: str, least: float, most: float) -> float:
+def quantity_within(where: str, name: str, value: Any, unit: str, least: float, most: float) -> float:
     """A number in SI, or a text with a unit, as a number; raises InvalidInput outside [least, most]."""
     try:
         found = read_quantity(

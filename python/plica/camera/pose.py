@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
-from plica.units import number, quantity
+from plica.units import number, quantity_within
 
 __all__ = ["Camera"]
 
@@ -55,7 +55,7 @@ class Camera:
                 raise InvalidInput(f"Camera: {name} = {value!r} px; must be a whole number in [16, {_MOST}].")
         if len(self.centre) != 3:
             raise InvalidInput(f"Camera: centre = {self.centre!r}; must be three lengths, x, y and z.")
-        read = tuple(quantity("Camera", "centre", value, "m", -1.0, 1.0) for value in self.centre)
+        read = tuple(quantity_within("Camera", "centre", value, "m", -1.0, 1.0) for value in self.centre)
         object.__setattr__(self, "centre", read)
         for name in ("tilt", "lean"):
             number("Camera", name, getattr(self, name), -89.999, 89.999, "degrees")

@@ -19,8 +19,8 @@ __all__ = [
     "add_threads",
     "as_options",
     "joined",
+    "number_or_text",
     "numbers",
-    "quantity",
     "tolerance",
     "whole",
 ]
@@ -180,7 +180,7 @@ def tolerance(text: str) -> float:
     return value
 
 
-def quantity(text: str) -> float | str:
+def number_or_text(text: str) -> float | str:
     """A quantity from the command line: a number in its SI unit, or a number with a unit."""
     try:
         return float(text)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plica.commands.arguments import add_command, quantity
+from plica.commands.arguments import add_command, number_or_text
 from plica.commands.output import print_cautions
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def add_commands(commands: Any) -> None:
         "--to",
         dest="highest",
         metavar="FREQUENCY",
-        type=quantity,
+        type=number_or_text,
         default=5000.0,
         help='highest one, e.g. "4kHz" (5000 Hz)',
     )
@@ -49,9 +49,9 @@ def _formants(options: argparse.Namespace) -> int:
     from plica.errors import InvalidInput
     from plica.runs.tubes import tract_formants
     from plica.scene.plausibility import tube_cautions
-    from plica.units import quantity as value
+    from plica.units import quantity_within
 
-    highest = value("Formants", "--to", options.highest, "Hz", 100.0, 6e3)
+    highest = quantity_within("Formants", "--to", options.highest, "Hz", 100.0, 6e3)
     scene = plica.Scene.load(options.scene)
     if scene.tract is None or scene.airflow is None:
         raise InvalidInput(

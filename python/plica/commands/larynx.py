@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plica.commands.arguments import add_command, as_options, numbers, quantity
+from plica.commands.arguments import add_command, as_options, number_or_text, numbers
 from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -47,10 +47,15 @@ def add_commands(commands: Any) -> None:
     part.add_argument("--mask", metavar="FILE", type=Path, help="image, white where the glottis is")
     part.add_argument("--frame", dest="number", metavar="N", type=int, help="frame of an analysis, from 0")
     part.add_argument("--mm-per-px", metavar="MM", type=float, help="size of a pixel")
-    part.add_argument("--r-in", metavar="LENGTH", type=quantity, help='half the folds\' length, e.g. "7 mm"')
-    part.add_argument("--wall", metavar="LENGTH", type=quantity, help="r_out - r_in (default: 1 mm)")
     part.add_argument(
-        "--l-occ", metavar="LENGTH", type=quantity, help="length that is hidden by cartilage (default: 0)"
+        "--r-in", metavar="LENGTH", type=number_or_text, help='half the folds\' length, e.g. "7 mm"'
+    )
+    part.add_argument("--wall", metavar="LENGTH", type=number_or_text, help="r_out - r_in (default: 1 mm)")
+    part.add_argument(
+        "--l-occ",
+        metavar="LENGTH",
+        type=number_or_text,
+        help="length that is hidden by cartilage (default: 0)",
     )
     part.add_argument(
         "--heights",
@@ -60,7 +65,10 @@ def add_commands(commands: Any) -> None:
         help="mm, upward (default: -12,-7,-4,0,2,12)",
     )
     part.add_argument(
-        "--layer-thickness", metavar="LENGTH", type=quantity, help="of cover and ligament (default: 0.5 mm)"
+        "--layer-thickness",
+        metavar="LENGTH",
+        type=number_or_text,
+        help="of cover and ligament (default: 0.5 mm)",
     )
     part.add_argument(
         "--tilt", metavar="DEG", type=float, help="inclination of the camera towards anterior (default: 0)"

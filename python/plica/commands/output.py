@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 
-from plica.measures.catalogue import closed_share, names
+from plica.measures.catalogue import names
 from plica.measures.measure import Measure
+from plica.measures.thresholds import closed_share
 from plica.report.wording import digits_of, shown_spread
 from plica.units import two_digits
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from plica.commands.arguments import add_command, as_options, quantity
+from plica.commands.arguments import add_command, as_options, number_or_text
 
 __all__ = ["add_commands"]
 
@@ -57,7 +57,7 @@ def add_commands(commands: Any) -> None:
     part.add_argument(
         "--contact-reach",
         metavar="LENGTH",
-        type=quantity,
+        type=number_or_text,
         help="contact has vectors where the surfaces are within this distance at rest (default: 6 mm)",
     )
     part.add_argument("--overwrite", action="store_true", help="replace an existing file")

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from plica.commands.arguments import add_command, as_options, quantity
+from plica.commands.arguments import add_command, as_options, number_or_text
 from plica.commands.output import print_error
 
 __all__ = ["add_commands"]
@@ -39,10 +39,12 @@ def add_commands(commands: Any) -> None:
     sound.add_argument(
         "--distance",
         metavar="LENGTH",
-        type=quantity,
+        type=number_or_text,
         help='from the lips, e.g. "30cm" (default: 0.3 m)',
     )
-    sound.add_argument("--rate", metavar="FREQUENCY", type=quantity, help='e.g. "44.1kHz" (default: 48 kHz)')
+    sound.add_argument(
+        "--rate", metavar="FREQUENCY", type=number_or_text, help='e.g. "44.1kHz" (default: 48 kHz)'
+    )
     sound.add_argument(
         "--format",
         default="24",
@@ -52,7 +54,7 @@ def add_commands(commands: Any) -> None:
     sound.add_argument(
         "--full-scale",
         metavar="PRESSURE",
-        type=quantity,
+        type=number_or_text,
         help="pressure of a sample of 1, in Pa or with a unit (default: just above the sound)",
     )
     sound.add_argument("--aspiration", action="store_true", help="add the noise of the jet")

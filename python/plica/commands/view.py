@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from plica.commands.arguments import add_command, as_options, quantity
+from plica.commands.arguments import add_command, as_options, number_or_text
 from plica.commands.output import print_error
 
 __all__ = ["add_commands"]
@@ -37,9 +37,11 @@ def add_commands(commands: Any) -> None:
         "-o", "--output", metavar="FILE.html", type=Path, help="the page (default: DIR/view.html, anew)"
     )
     view.add_argument(
-        "--from", dest="start", metavar="TIME", type=quantity, help='e.g. "40ms" (default: the start)'
+        "--from", dest="start", metavar="TIME", type=number_or_text, help='e.g. "40ms" (default: the start)'
     )
-    view.add_argument("--to", dest="end", metavar="TIME", type=quantity, help="likewise (default: the end)")
+    view.add_argument(
+        "--to", dest="end", metavar="TIME", type=number_or_text, help="likewise (default: the end)"
+    )
     view.add_argument("--phases", metavar="N", type=int, help="of the stored fields, at most (default: 60)")
     view.add_argument("--overwrite", action="store_true", help="replace an existing file")
 

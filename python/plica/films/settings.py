@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from plica.errors import InvalidInput
-from plica.units import number, quantity
+from plica.units import number, quantity_within
 
 __all__ = ["Film"]
 
@@ -79,9 +79,9 @@ class Film:
             number("Film", "fps", self.fps, 1.0, 1e7, "/s")
         for name in ("start", "end"):
             if getattr(self, name) is not None:
-                self._set(name, quantity("Film", name, getattr(self, name), "s", 0.0, 1e6))
-        self._set("exposure", quantity("Film", "exposure", self.exposure, "s", 0.0, 1.0))
-        self._set("grain", quantity("Film", "grain", self.grain, "m", 1e-6, 0.1))
+                self._set(name, quantity_within("Film", name, getattr(self, name), "s", 0.0, 1e6))
+        self._set("exposure", quantity_within("Film", "exposure", self.exposure, "s", 0.0, 1.0))
+        self._set("grain", quantity_within("Film", "grain", self.grain, "m", 1e-6, 0.1))
         for name, (least, most) in _GREY.items():
             number("Film", name, getattr(self, name), least, most, "grey levels")
         for name in _SHARES:

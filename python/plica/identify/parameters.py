@@ -21,10 +21,12 @@ FIELDS = {
     "E_fibre": "Pa",
     "nu_fibre": "",
     "mu_fibre": "Pa",
-    "mu": "Pa",
+    "mu_transverse": "Pa",
     "viscosity": "Pa s",
 }
-"""Fields of a material that may be estimated, and their units."""
+"""Fields of a scene's tissue that may be estimated, and their units."""
+_OF_ENGINE = {"mu_transverse": "mu"}
+"""Fields that `plica._engine.TransverselyIsotropic` calls otherwise."""
 WIDEST = 10.0
 """Largest log_sd of a prior: a 95 % range of a factor of 3e8 up or down."""
 
@@ -69,6 +71,8 @@ class TissueParameter:
                     hint = (
                         " Scaling mass and stiffness together changes no motion, so it cannot be estimated."
                     )
+                if layer and field == "mu":
+                    hint = f' Did you mean "{layer}.mu_transverse", as in scenes?'
                 raise InvalidInput(
                     f'TissueParameter: target = "{target}"; must be a layer and a field, "cover.E", with a '
                     f"field of {', '.join(FIELDS)}.{hint}"
@@ -177,7 +181,7 @@ class TissueParameters:
                 d_viscosity[s.parameter, s.material] += value
             else:
                 d_stiffness[s.parameter, s.material] += value * _engine.stiffness_derivative(
-                    material, s.field
+                    material, _OF_ENGINE.get(s.field, s.field)
                 )
         return stiffness, viscosity, d_stiffness, d_viscosity
 
@@ -194,7 +198,7 @@ def _materials_of_layer(layer: str, names: Sequence[str]) -> list[int]:
 
 def _field(material: _engine.Material, field: str, where: str) -> float:
     holder: Any = material if field == "viscosity" else material.elasticity
-    value = getattr(holder, field, None)
+    value = getattr(holder, _OF_ENGINE.get(field, field), None)
     if value is None:
         raise InvalidInput(
             f'TissueParameters: "{where}" is not set in the scene; must be a field of its tissue.'
@@ -211,7 +215,7 @@ def _changed(material: _engine.Material, fields: dict[str, float]) -> _engine.Ma
         return material
     law = material.elasticity
     own = {name: getattr(law, name) for name in type(law)._defaults}
-    own |= {name: value for name, value in fields.items() if name != "viscosity"}
+    own |= {_OF_ENGINE.get(name, name): value for name, value in fields.items() if name != "viscosity"}
     return _engine.Material(
         type(law)(**{name: value for name, value in own.items() if value is not None}),
         density=material.density,

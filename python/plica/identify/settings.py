@@ -231,5 +231,5 @@ def scene_value(scene: Scene, target: str) -> float | None:
     holder = getattr(tissue, side, None) if side else None
     value = getattr(holder, field, None)
     if value is None:
-        value = getattr(tissue, "mu_transverse" if field == "mu" else field, None)
+        value = getattr(tissue, field, None)
     return float(value) if isinstance(value, int | float) and value > 0 else None

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.measures.catalogue import medial_angle
 from plica.measures.record import Floats
+from plica.measures.thresholds import medial_angle
 
 __all__ = ["coronal_contours", "medial_surface", "narrowest_gap", "rest_contour"]
 

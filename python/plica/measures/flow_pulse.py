@@ -13,10 +13,10 @@ import numpy as np
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_period
 from plica.measures.record import Floats, time_step
+from plica.measures.thresholds import fall_window
 
-__all__ = ["declination_measures", "fall_window", "steepest_falls"]
+__all__ = ["declination_measures", "steepest_falls"]
 
-fall_window = 50e-6  # s
 _SHORT = 4.0  # windows: a shorter fall is not resolved
 
 

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from plica.measures.catalogue import closed_share
 from plica.measures.cycles import Cycles, differing, largest_difference, too_few
 from plica.measures.interval import of_slope
 from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, per_period, whole
@@ -16,6 +15,7 @@ from plica.measures.quotients import Quotients, quotients
 from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
 from plica.measures.stationary import fewest
+from plica.measures.thresholds import closed_share
 
 few = 20  # samples per cycle; with fewer, quotients are off by more than a twelfth and get a caution
 

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from plica.errors import UnknownName
-from plica.measures.catalogue import CATALOGUE, Quantity, quantity
+from plica.measures.catalogue import CATALOGUE, Quantity, catalogue_entry
 from plica.measures.circular import circular_mean
 from plica.measures.cycles import Cycles
 from plica.measures.interval import Replicates, of_mean, of_ratio
@@ -82,12 +82,12 @@ class Measure:
     no_limit: str = ""
 
     def __post_init__(self) -> None:
-        quantity(self.name)
+        catalogue_entry(self.name)
 
     @property
     def quantity(self) -> Quantity:
         """Its entry in the catalogue."""
-        return quantity(self.name)
+        return catalogue_entry(self.name)
 
     @property
     def interval(self) -> tuple[float, float] | None:

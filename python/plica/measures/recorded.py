@@ -33,8 +33,8 @@ from plica.measures.pulses import autocorrelation_frequency, autocorrelation_pea
 from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
 from plica.measures.stationary import drifts, fewest, fit, of_amplitude, of_period, slope
+from plica.measures.thresholds import mark_shares
 
-mark_shares = (0.2, 0.3, 0.4)  # of a pulse's height, around which its cycle starts
 _PASSED = 0.9  # of a pulse's height: a record that ends above it may not have the crest
 _LIMITS = (0.15, 0.25, 0.35)  # of the local range
 _REACH = 1.25  # periods on each side that define the local range

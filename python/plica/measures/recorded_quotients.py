@@ -7,12 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from plica.measures.catalogue import open_levels
 from plica.measures.cycles import Cycles
 from plica.measures.glottal import cycle_quotients, few_samples
 from plica.measures.measure import Measure, per_cycle, per_period, whole
 from plica.measures.quotients import Quotients, open_quotient
 from plica.measures.record import Floats
+from plica.measures.thresholds import open_levels
 
 
 def count_measures(cycles: Cycles) -> list[Measure]:

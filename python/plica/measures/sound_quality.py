@@ -16,11 +16,10 @@ from plica.measures.measure import Measure, absent, per_period
 from plica.measures.perturbation import cepstral_peak, harmonics_to_noise, jitter_of, shimmer_of
 from plica.measures.record import Floats, time_step
 from plica.measures.resampling import resampled
+from plica.measures.thresholds import cepstral_band, first_quefrency
 
 __all__ = ["harmonic_differences", "sound_measures"]
 
-cepstral_band = 5000.0  # Hz, up to which the spectrum of a cepstrum counts
-_FIRST_QUEFRENCY = 1e-3  # s
 _PADDING = 4
 _FLOOR = -80.0  # dB of the strongest harmonic: quiet rooms and 16 bits have no less
 _FEW = 8  # cycles, below which a cepstrum and a ratio say little
@@ -110,7 +109,7 @@ def _regularity(
         sound[part],
         1.0 / cycles.frequency / step,
         band=min(upto * step, 0.5),
-        first=_FIRST_QUEFRENCY / step,
+        first=first_quefrency / step,
         padding=_PADDING,
         floor=_FLOOR,
     )

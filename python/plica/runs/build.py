@@ -27,7 +27,7 @@ from plica.scene.mesh.parts import MeshFile
 from plica.scene.mesh.surface_fault import airway_fault, contact_fault, selecting
 from plica.scene.parts import Airflow, Contact
 from plica.scene.scene import Scene
-from plica.units import quantity
+from plica.units import quantity_within
 
 __all__ = [
     "build_simulation",
@@ -176,7 +176,7 @@ def flow_equilibrium(
     assert scene.airflow is not None
     wanted = scene.airflow.subglottal_pressure
     if pressure is not None:
-        wanted = quantity("flow_equilibrium", "pressure", pressure, "Pa", 1e-3, 1e6)
+        wanted = quantity_within("flow_equilibrium", "pressure", pressure, "Pa", 1e-3, 1e6)
     return equilibrium_branch(scene, mesh).at(wanted)
 
 

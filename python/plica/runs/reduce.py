@@ -19,7 +19,7 @@ from plica.runs.scene_mesh import scene_mesh
 from plica.scene.held import fixed_components
 from plica.scene.scene import Scene
 from plica.storage.files import refuse_overwriting
-from plica.units import quantity
+from plica.units import quantity_within
 
 __all__ = ["CONTACT_REACH", "basis_of", "reduce"]
 
@@ -77,7 +77,7 @@ def reduce(
         there are.
     """
     path = Path(path)
-    reach = quantity("reduce", "contact_reach", contact_reach, "m", 1e-9, 1.0)
+    reach = quantity_within("reduce", "contact_reach", contact_reach, "m", 1e-9, 1.0)
     refuse_overwriting([path], overwrite)
     run, own = _source(source)
     chosen = own if scene is None else scene if isinstance(scene, Scene) else Scene.load(scene)

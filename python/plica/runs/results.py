@@ -17,6 +17,7 @@ from plica.measures.cycles import Cycles
 from plica.measures.formants import TractResponse
 from plica.measures.measure import Measures
 from plica.measures.scene_text import airway_name
+from plica.measures.thresholds import usual_distance
 from plica.measures.uncertainty import Bound, Uncertainty, read_uncertainty
 from plica.measures.waveforms import STORED
 from plica.runs import store
@@ -25,7 +26,7 @@ from plica.runs.part import RunPart, part_of
 from plica.runs.progress_record import ProgressRecord
 from plica.scene.plausibility import scene_cautions
 from plica.scene.scene import Scene
-from plica.sound.far_field import audio_rate, usual_distance
+from plica.sound.far_field import audio_rate
 from plica.sound.voice import Sound, sound
 from plica.storage.files import being_written, storage_errors
 from plica.storage.stored import Stored

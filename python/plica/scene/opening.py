@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
-from plica.measures.catalogue import medial_angle
 from plica.measures.contour import medial_surface, rest_contour
+from plica.measures.thresholds import medial_angle
 from plica.scene.held import MeshArrays
 from plica.scene.mesh.parts import Larynx
 from plica.scene.mesh.surface_fault import airway_fault

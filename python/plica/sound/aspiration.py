@@ -23,7 +23,7 @@ from plica import _engine
 from plica.errors import InvalidInput
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.scene_text import scene_table
-from plica.sound.far_field import air, radiating_flow
+from plica.sound.far_field import air_density, radiating_flow
 from plica.units import read_quantity
 
 __all__ = ["aspiration_flow", "critical_reynolds_number", "reynolds_number"]
@@ -80,7 +80,7 @@ def aspiration_flow(
         raise InvalidInput(
             "Sound: aspiration with air_viscosity = 0; must be > 0: its level follows from it."
         )
-    number = reynolds_number(flow, length, air(scene_text), viscosity)
+    number = reynolds_number(flow, length, air_density(scene_text), viscosity)
     level = np.maximum(number**2 - critical_reynolds_number**2, 0.0)
     return np.asarray(level * _noise(flow.size, rate, seed))
 

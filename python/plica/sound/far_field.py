@@ -21,21 +21,20 @@ from plica.errors import InvalidInput
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.resampling import passed_share, resampled_slope
 from plica.measures.scene_text import scene_table
+from plica.measures.thresholds import usual_distance
 from plica.units import read_quantity
 
 __all__ = [
     "FarField",
-    "air",
+    "air_density",
     "audio_rate",
     "equidistant",
     "far_field",
     "radiating_flow",
     "reflects",
     "sound_speed",
-    "usual_distance",
 ]
 
-usual_distance = 0.3  # m, from the lips: of microphones and of published levels
 audio_rate = 48000.0  # Hz
 _FEWEST = 16  # steps, below which there is no sound
 _LIPS = "lip_flow"
@@ -123,7 +122,7 @@ def far_field(
     if added is not None:
         flow = flow + added
     time, flow = equidistant(time, flow)
-    step, density = time_step(time), air(scene_text)
+    step, density = time_step(time), air_density(scene_text)
     slope = resampled_slope(flow, step, rate)
     pressure = density / (4.0 * np.pi * distance) * slope
     band = passed_share * min(rate, 1.0 / step)
@@ -152,7 +151,7 @@ def reflects(scene_text: str) -> bool:
     return end == "reflecting" or (isinstance(end, dict) and "reflecting" in end)
 
 
-def air(scene_text: str) -> float:
+def air_density(scene_text: str) -> float:
     """kg/m^3, density of the air of a scene; the engine's default where the scene does not say."""
     return _of_air(scene_text, "air_density", "kg/m^3")
 

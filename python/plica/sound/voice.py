@@ -12,8 +12,9 @@ import numpy as np
 
 from plica.errors import InvalidInput
 from plica.measures.record import Array, Floats
+from plica.measures.thresholds import usual_distance
 from plica.sound.aspiration import aspiration_flow
-from plica.sound.far_field import FarField, audio_rate, far_field, usual_distance
+from plica.sound.far_field import FarField, audio_rate, far_field
 from plica.sound.wave_file import Format, faded, full_scale_above, wav_bytes, write_wav
 from plica.units import read_quantity
 

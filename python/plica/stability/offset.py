@@ -14,7 +14,7 @@ from plica.runs.progress import Progress
 from plica.runs.scene_mesh import scene_mesh
 from plica.scene.conditions import Initial
 from plica.scene.scene import Scene
-from plica.units import quantity
+from plica.units import quantity_within
 
 __all__ = ["Fall", "Offset", "offset"]
 
@@ -100,9 +100,9 @@ def offset(
     SolveFailed
         If a step has no solution.
     """
-    pressure = quantity("offset", "start", start, "Pa", 1e-2, 1e6)
-    longest = quantity("offset", "duration", duration, "s", 1e-3, 1e3)
-    hertz = quantity("offset", "frequency", frequency, "Hz", 1e-3, 1e9)
+    pressure = quantity_within("offset", "start", start, "Pa", 1e-2, 1e6)
+    longest = quantity_within("offset", "duration", duration, "s", 1e-3, 1e3)
+    hertz = quantity_within("offset", "frequency", frequency, "Hz", 1e-3, 1e9)
     if not hertz < 0.1 / scene.time.step:
         raise InvalidInput(
             f"offset: frequency = {hertz:g} Hz; must have ten steps of time.step = "

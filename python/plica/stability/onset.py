@@ -15,7 +15,7 @@ from plica.errors import InvalidInput, SolveFailed
 from plica.runs.flow_equilibrium import FlowEquilibrium
 from plica.scene.scene import Scene
 from plica.stability.small_motion import SmallMotion, Spectrum, damping_of
-from plica.units import quantity
+from plica.units import quantity_within
 
 __all__ = ["Crossing", "Onset", "Participation", "growth", "onset"]
 
@@ -111,7 +111,7 @@ def growth(
     Parameters are those of `onset`; raises SolveFailed where there is no equilibrium under this pressure, and
     where the equilibrium is left without oscillation (a real eigenvalue is positive): no tissue stays in it.
     """
-    wanted = quantity("onset", "at", pressure, "Pa", _LOWEST, _HIGHEST)
+    wanted = quantity_within("onset", "at", pressure, "Pa", _LOWEST, _HIGHEST)
     motion = SmallMotion(scene, modes, damping_of(zeta, loss_factor), mesh)
     found = motion.spectrum(wanted)
     if found.fastest > 0:
@@ -166,8 +166,10 @@ def onset(
     SolveFailed
         If there is no equilibrium at all.
     """
-    last = quantity("onset", "stop", stop, "Pa", _LOWEST, _HIGHEST)
-    first = 0.01 * last if start is None else quantity("onset", "start", start, "Pa", _LOWEST, _HIGHEST)
+    last = quantity_within("onset", "stop", stop, "Pa", _LOWEST, _HIGHEST)
+    first = (
+        0.01 * last if start is None else quantity_within("onset", "start", start, "Pa", _LOWEST, _HIGHEST)
+    )
     if not first < last:
         raise InvalidInput(
             f"onset: start = {first:g} Pa; must be < stop = {last:g} Pa. Pressures rise from it."

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.video.larynx_films import coverage, drawn_films, render
+from benchmarks.video.larynx_films import drawn_films
+from benchmarks.video.larynx_renderer import coverage, render
 from plica.video.files.recording import Recording
 from plica.video.glottis.segmenter import learn
 

@@ -334,7 +334,9 @@ def test_the_command_says_what_is_wrong_and_returns_two(
 
 def test_parameters_are_refused_before_a_flow_is_read(refused: Made, tmp_path: Path) -> None:
     missing = tmp_path / "nothing.h5"  # would be refused as soon as it is opened
-    assert 'Did you mean "body.mu"?' in refused(missing, settings={"parameters": ("body.muu",)})
+    for asked in ("mu_transvers", "mu"):
+        said = refused(missing, settings={"parameters": (f"body.{asked}",)})
+        assert 'Did you mean "body.mu_transverse"' in said
     assert 'Did you mean "body"?' in refused(missing, settings={"parameters": ("bodi.E",)})
 
 

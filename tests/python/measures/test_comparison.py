@@ -15,8 +15,9 @@ from plica.measures.interval import Replicates, difference_interval, of_mean
 from plica.measures.measure import Measure, Measures, average_angle, per_cycle, per_cycle_angle, whole
 from plica.measures.measured import Measured
 from plica.measures.perturbation import perturbation_measures
-from plica.measures.recorded import mark_shares, recorded_cycles
+from plica.measures.recorded import recorded_cycles
 from plica.measures.scale import Scale
+from plica.measures.thresholds import mark_shares
 from plica.measures.uncertainty import Bound
 from plica.report.comparison import change_row
 from voices import scattered

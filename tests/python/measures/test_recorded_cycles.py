@@ -17,9 +17,10 @@ from plica.measures.perturbation import (
     noise_measures,
     perturbation_measures,
 )
-from plica.measures.recorded import mark_shares, recorded_cycles
+from plica.measures.recorded import recorded_cycles
 from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
 from plica.measures.sides import side_measures
+from plica.measures.thresholds import mark_shares
 from plica.report.wording import digits_of, row
 from voices import Floats, folds_apart, scattered, voice
 

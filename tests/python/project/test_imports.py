@@ -11,6 +11,8 @@ import pytest
 
 import plica
 from benchmarks.dynamics.parts import UNNEEDED, imported
+from plica.scene import parts
+from plica.scene.part import OneOf
 from repository import ROOT
 
 
@@ -56,6 +58,14 @@ def test_public_names_are_there_and_typed() -> None:
         )
     with pytest.raises(AttributeError, match="no attribute 'foo'"):
         plica.foo  # noqa: B018
+
+
+def test_what_a_part_of_a_scene_may_be_has_a_public_name() -> None:
+    assert {*parts.__all__} <= {*plica.__all__}
+    choices = [one for name in parts.__all__ if issubclass(one := getattr(parts, name), OneOf)]
+    assert len(choices) > 5
+    for choice in choices:
+        assert {kind.__name__ for kind in choice.kinds.values()} <= {*parts.__all__}, choice
 
 
 def test_the_root_loads_its_parts_when_they_are_asked_for() -> None:

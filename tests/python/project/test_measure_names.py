@@ -20,7 +20,6 @@ _ALLOWED = {
     "measures/run/contact.py": "measures them",
     "measures/run/folds.py": "measures them",
     "measures/run/solver.py": "energies as waveforms",
-    "measures/run/sound.py": "measures them",
     "measures/sides.py": "measures them",
     "measures/sound_quality.py": "measures them",
     "report/run/comparison.py": "a rise of pressure against both flows",
@@ -51,6 +50,14 @@ def test_what_recordings_have_says_what_tells_it_and_nothing_else_does() -> None
         assert (entry.recorded_from != "") == (entry.source != "run"), entry.name
         assert entry.angle == (entry.unit == "rad"), entry.name
         assert not entry.perturbation or entry.group == "Perturbation", entry.name
+
+
+def test_measures_of_one_signal_say_of_which() -> None:
+    """It alone says which measures are absent where there is no such signal."""
+    signals = {"Airflow": {"", "flow"}, "Sound": {"sound"}, "Electroglottogram": {"egg"}}
+    for name, entry in CATALOGUE.items():
+        assert entry.signal in signals.get(entry.group, {""}), name
+        assert (entry.recorded_from == "signal") == (entry.signal != "" and entry.source != "run"), name
 
 
 def test_measures_of_a_fold_and_comparisons_of_both_are_named_so() -> None:

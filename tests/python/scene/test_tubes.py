@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import plica
+from plica.runs.tubes import tract_response, tubes_of
 from plica.scene.plausibility import scene_cautions
+from plica.scene.tubes import Supply, TractEnd
 
 UNIFORM = {"uniform": {"length": "17 cm", "area": "3 cm^2"}}
 SECTIONS = {"sections": {"length": ["8 cm", "9 cm"], "area": ["1 cm^2", "7 cm^2"]}}
@@ -30,6 +32,20 @@ def test_a_scene_with_tubes_is_the_same_when_read_again(phonating: plica.Scene) 
         )
         assert plica.Scene.from_text(scene.text()) == scene
         assert scene.digest() != phonating.digest()
+
+
+def test_each_far_end_is_another_one_in_the_engine(phonating: plica.Scene) -> None:
+    rising = phonating.replace({"airflow.rise": "5 ms"})
+    ends = [rising.replace({"tract": {**UNIFORM, "end": name}}) for name in TractEnd.kinds]
+    assert len({type(tubes_of(scene)["tract"].end) for scene in ends}) == len(TractEnd.kinds)
+    for scene in ends:
+        assert scene.tract is not None
+        assert scene.airflow is not None
+        assert not np.isnan(tract_response(scene.tract, scene.airflow).gain(np.array([200.0])))
+    given = [{"pressure": {}}, {"flow": {"flow": "0.2 l/s"}}]
+    assert {name for one in given for name in one} == Supply.kinds.keys()
+    supplied = [rising.replace({"trachea": {**UNIFORM, "supply": one}}) for one in given]
+    assert len({type(tubes_of(scene)["trachea"].end) for scene in supplied}) == len(given)
 
 
 def test_units_of_tubes() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plica.errors import InvalidInput
-from plica.sound.far_field import air, equidistant, far_field
+from plica.sound.far_field import air_density, equidistant, far_field
 
 _SCENE = '[airflow]\nair_density = "1.14 kg/m^3"\n'
 
@@ -38,9 +38,9 @@ def test_the_flow_at_the_lips_radiates_where_there_is_one() -> None:
 
 
 def test_the_air_is_that_of_the_scene_or_the_engines() -> None:
-    assert air(_SCENE) == pytest.approx(1.14)
-    assert air("") == pytest.approx(1.23)
-    assert air("[airflow]\nair_density = 1.0\n") == 1.0
+    assert air_density(_SCENE) == pytest.approx(1.14)
+    assert air_density("") == pytest.approx(1.23)
+    assert air_density("[airflow]\nair_density = 1.0\n") == 1.0
 
 
 def test_steps_that_differ_are_made_even() -> None:

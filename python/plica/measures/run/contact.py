@@ -16,10 +16,10 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from plica.measures.catalogue import bridged_of_record, bridged_share, contact_share, pressure_window
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, average, per_cycle, whole
 from plica.measures.record import Array, Floats, time_step
+from plica.measures.thresholds import bridged_of_record, bridged_share, contact_share, pressure_window
 
 
 def collisions(time: Floats, force: Floats, level: float, gap: float) -> list[slice]:

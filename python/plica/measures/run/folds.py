@@ -14,7 +14,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.contour import coronal_contours
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle_angle, per_period
@@ -23,6 +22,7 @@ from plica.measures.run.glottal import open_area
 from plica.measures.run.run_data import RunData
 from plica.measures.scene_text import airway_name
 from plica.measures.sides import lags, side_measures
+from plica.measures.thresholds import closed_share_1_percent
 
 canal_width = 1.5  # largest width of the glottal canal at rest, relative to the least
 

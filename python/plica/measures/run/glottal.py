@@ -7,13 +7,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.cycles import Cycles
 from plica.measures.glottal import few_samples, over_cycles
 from plica.measures.measure import Measure, per_period
 from plica.measures.pulses import summits
 from plica.measures.quotients import open_quotient
 from plica.measures.record import Array, Floats
+from plica.measures.thresholds import closed_share_1_percent
 
 summit_share = 0.1  # of a pulse's range, by which a summit stands out
 

@@ -8,15 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from plica.errors import InvalidInput
-from plica.measures.catalogue import CATALOGUE
+from plica.measures.catalogue import CATALOGUE, OfSignal
 from plica.measures.cycles import Cycles
 from plica.measures.flow_pulse import declination_measures
 from plica.measures.harmonics import cycle_means
 from plica.measures.measure import Measure, absent, per_cycle, whole
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.recorded import marks
-from plica.measures.sound_quality import cepstral_band, harmonic_differences, sound_measures
+from plica.measures.sound_quality import harmonic_differences, sound_measures
 from plica.measures.stationary import fewest
+from plica.measures.thresholds import cepstral_band
 from plica.sound.far_field import FarField, equidistant, far_field, reflects
 from plica.sound.voice import reference_pressure
 
@@ -51,10 +52,10 @@ def radiation_measures(
         field = far_field(time, waveforms, scene_text)
     except InvalidInput as error:
         reason = str(error).removeprefix("Sound: ").rstrip(".")
-        return [*of_flow, *(absent(name, reason) for name in _of_sound())]
+        return [*of_flow, *(absent(name, reason) for name in _names_of("sound"))]
     if not np.any(field.pressure):
         closed = "nothing moves at the lips: no sound leaves them"
-        return [*of_flow, *(absent(name, closed) for name in _of_sound())]
+        return [*of_flow, *(absent(name, closed) for name in _names_of("sound"))]
     doubts = [
         *_stopped_at_once(time, waveforms, cycles),
         *_coarse(field, time_step(time)),
@@ -92,8 +93,7 @@ def _source_measures(
     wrong = np.count_nonzero(~np.isfinite(flow))
     if wrong or time.size < 2:
         why = f"the flow is no finite number in {wrong} steps" if wrong else f"the run has {time.size} steps"
-        slopes = ("maximum_flow_declination_rate", "normalised_amplitude_quotient")
-        return [absent(name, why) for name in (*slopes, "flow_h1_h2", "flow_h2_h4")], time, flow
+        return [absent(name, why) for name in _names_of("flow")], time, flow
     jumps = _stopped_at_once(time, waveforms, cycles)
     even, flow = equidistant(time, flow)
     found = [
@@ -103,8 +103,8 @@ def _source_measures(
     return found, even, flow
 
 
-def _of_sound() -> list[str]:
-    return [e.name for e in CATALOGUE.values() if e.group == "Sound" and e.source != "video"]
+def _names_of(signal: OfSignal) -> list[str]:
+    return [e.name for e in CATALOGUE.values() if e.signal == signal and e.source != "video"]
 
 
 def _of(source: str, item: Measure) -> Measure:

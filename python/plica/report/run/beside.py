@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from plica.measures.thresholds import usual_distance
 from plica.measures.waveforms import STORED
 from plica.report.drawing import Drawing, blue, draw, label_ends, line, red
 from plica.report.player import Player
 from plica.report.run.reading import Reading
 from plica.report.run.sound import SoundReading
 from plica.report.wording import axis
-from plica.sound.far_field import usual_distance
 from plica.sound.wave_file import full_scale_above
 
 __all__ = ["flow_of_both", "players_of_both", "sound_of_both"]

@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from plica.measures.catalogue import closed_share, pressure_window
 from plica.measures.quotients import closed_intervals
 from plica.measures.record import time_step
 from plica.measures.run.contact import moving_average
 from plica.measures.run.glottal import open_area
+from plica.measures.thresholds import closed_share, pressure_window
 from plica.measures.waveforms import STORED
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, over_time, red
 from plica.report.run.reading import Reading

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.measures.catalogue import closed_share
 from plica.measures.cycles import find_cycles
 from plica.measures.glottal import frequency_measures, quotient_measures
 from plica.measures.measure import Measure
 from plica.measures.sides import side_measures
+from plica.measures.thresholds import closed_share
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.verify.case import Case, Check
 from plica.video.files.recording import Recording

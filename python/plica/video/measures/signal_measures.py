@@ -22,7 +22,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from plica.measures.catalogue import closed_share, names
+from plica.measures.catalogue import names
 from plica.measures.circular import circular_mean
 from plica.measures.cycles import Cycles, too_few
 from plica.measures.electroglottogram import Contact, contact_of
@@ -34,6 +34,7 @@ from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.quotients import closed_intervals, leak_level
 from plica.measures.sound_quality import sound_measures
 from plica.measures.stationary import fewest
+from plica.measures.thresholds import closed_share
 from plica.video.files.signal_file import Signal
 from plica.video.measures.wave_cautions import cautioned
 
@@ -100,7 +101,7 @@ def signal_measures(
                 f"{signal.rate:g} samples/s for a voice of {cycles.frequency:.4g} Hz; must be "
                 f"{_FEWEST:g} times as many or more"
             )
-            found += [absent(one, said) for one in _names(name)]
+            found += [absent(one, said) for one in _names_of(name)]
             continue
         frame_time = np.arange(area.size) / fps
         measured, apart, further = (
@@ -113,8 +114,8 @@ def signal_measures(
     return SignalMeasures(found, doubts, of_rate)
 
 
-def _names(start: str) -> list[str]:
-    return sorted(name for name in names(recorded_from="signal") if name.startswith(start))
+def _names_of(signal: str) -> list[str]:
+    return sorted(names(recorded_from="signal", signal=signal))
 
 
 def _clipped(signal: Signal) -> list[str]:
@@ -201,7 +202,7 @@ def _of_egg(
             "must be > 0, as folds meet faster than they part. Invert it: FILE.wav:-CHANNEL"
         )
         known = {item.name for item in found}
-        rest = [absent(name, said) for name in _names("egg") if name not in known]
+        rest = [absent(name, said) for name in _names_of("egg") if name not in known]
         return [*found, *rest], apart, [said]
     found += _quotients(contact, signal)
     lag, doubts = _lag(contact, time, area, area_cycles, fps)

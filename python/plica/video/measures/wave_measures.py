@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from plica.measures.interval import of_mean
 from plica.measures.measure import Measure, absent, whole
+from plica.measures.thresholds import wave_percentile
 from plica.video.glottis.midline import Midline, pixels
 from plica.video.measures.wave_cautions import cautioned
 from plica.video.motion.mucosal_wave import Fundamental, reach, wave_numbers
@@ -14,7 +15,6 @@ from plica.video.motion.mucosal_wave import Fundamental, reach, wave_numbers
 __all__ = ["wave_measures"]
 
 _FEWEST = 3  # bands
-_MOST = 95  # percentile
 _LEAST = 0.15  # px; what flow finds of less motion is noise as much as motion
 _SHORT = 20.0  # px; of a shorter wave flow may find half of the amplitude (benchmarks/video/waves.py)
 _SLOW = (-0.002, 0.011)  # rad per px, by which smooth flow lets the phase fall too slowly (the same)
@@ -46,7 +46,7 @@ def wave_measures(
     turn = 2 * np.pi / period  # rad a frame
     strain = np.abs(found.strain[..., 0][folds])
     strain = strain[np.isfinite(strain)]
-    most = float(np.percentile(strain, _MOST)) if strain.size else float("nan")
+    most = float(np.percentile(strain, wave_percentile)) if strain.size else float("nan")
     said = "" if strain.size else "no tissue of the folds is seen in every frame"
     measured = [
         whole("strain_amplitude_across", most, said),
@@ -66,7 +66,7 @@ def _amplitude(found: Fundamental, midline: Midline, folds: npt.NDArray[np.bool_
     own = folds & (side * midline.place(pixels(folds.shape))[..., 1] > 0)
     sizes = np.abs(found.displacement[own] @ midline.across)
     sizes = sizes[np.isfinite(sizes)]
-    return float(np.percentile(sizes, _MOST)) if sizes.size else 0.0
+    return float(np.percentile(sizes, wave_percentile)) if sizes.size else 0.0
 
 
 def _short(name: str, numbers: npt.NDArray[np.float64], way: float) -> str:

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from plica.measures.catalogue import closed_share
 from plica.measures.cycles import Cycles
 from plica.measures.glottal import (
     amplitude_growth,
@@ -33,6 +32,7 @@ from plica.measures.recorded import recorded_cycles
 from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
 from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
+from plica.measures.thresholds import closed_share
 from plica.video.glottis.glottal_area import GlottalArea
 from plica.video.measures.error_model import AreaErrors, Estimate, draws
 from plica.video.measures.intervals import with_errors

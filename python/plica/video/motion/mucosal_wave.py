@@ -5,8 +5,8 @@ the part Re(D exp(i theta)); a flow is its difference between two frames, so tha
 harmonics are found from all flows by least squares: those below half of the frame rate, since the others look
 in frames like lower ones and would take their part of D. What is said is of the picture: a 2-D projection of
 the motion, at fixed pixels. Strain is the symmetric gradient of D in the axes of the midline (across, along,
-shear), that of the plane fitted with a Gaussian of standard deviation `gauge` / 2 about each pixel, over
-tissue alone: exact for linear fields, and smaller than the truth where motion changes within the gauge.
+shear), that of the plane fitted with a Gaussian of standard deviation `strain_gauge` / 2 about each pixel,
+over tissue alone: exact for linear fields, and smaller than the truth where motion changes within the gauge.
 
 A wave that runs outward from the edge at the speed c has the outward displacement exp(i (theta - k d)) at the
 distance d, k = omega / c (medial-lateral phase velocity; Titze, Jiang, Hsiao, Ann. Otol. Rhinol. Laryngol.
@@ -25,23 +25,21 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.measures.cycles import Cycles
+from plica.measures.thresholds import strain_gauge, wave_share
 from plica.video.glottis.midline import Midline, pixels
 
-__all__ = ["Fundamental", "fundamental", "gauge", "reach", "wave_numbers", "why_unknown"]
+__all__ = ["Fundamental", "fundamental", "reach", "wave_numbers", "why_unknown"]
 
 Floats = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 Mask = npt.NDArray[np.bool_]
 
-gauge = 8.0
-"""px, over which strain is taken."""
 _HARMONICS = 5  # at most
 _PAIRS = 4  # of frames in the cycles, for each harmonic: two for each unknown
 _BANDS = np.linspace(0.2, 0.8, 7)  # of the midline: one wave number between each two
-_WEAK = 0.3  # of the largest amplitude in a band: farther out is no wave to be seen
 _FAR = 0.35  # of the glottal length
 _FEWEST = 6  # px over which a slope is taken
-reach = gauge + _FEWEST
+reach = strain_gauge + _FEWEST
 """px of the fold beside its edge that must move for a wave number."""
 
 
@@ -130,8 +128,8 @@ def _gradient(values: Complex, tissue: Mask) -> Complex:
     """(h, w, 2) d/dx, d/dy of the plane fitted about each pixel."""
     from scipy import ndimage
 
-    reach = np.arange(-round(1.5 * gauge), round(1.5 * gauge) + 1.0)
-    weight = np.exp(-0.5 * (reach / (0.5 * gauge)) ** 2)
+    reach = np.arange(-round(1.5 * strain_gauge), round(1.5 * strain_gauge) + 1.0)
+    weight = np.exp(-0.5 * (reach / (0.5 * strain_gauge)) ** 2)
 
     def moment(part: Floats, x: int, y: int) -> Floats:
         over_x = ndimage.correlate1d(part, weight * reach**x, axis=1, mode="constant")
@@ -178,10 +176,10 @@ def wave_numbers(displacement: Complex, midline: Midline, side: int) -> Floats:
             continue
         mean = sums[there] / count[there]
         size = np.abs(mean)
-        strong = size >= _WEAK * size.max()
+        strong = size >= wave_share * size.max()
         edge = int(np.argmax(strong))
         weaker = np.flatnonzero(~strong[edge:])
-        part = slice(edge + round(gauge), edge + int(weaker[0]) if weaker.size else None)
+        part = slice(edge + round(strain_gauge), edge + int(weaker[0]) if weaker.size else None)
         if there[part].size >= _FEWEST:
             phase = np.unwrap(np.angle(mean[part]))
             found.append(-np.polyfit(there[part] + 0.5, phase, 1, w=size[part])[0])

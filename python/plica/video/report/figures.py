@@ -10,8 +10,8 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plica.measures.catalogue import closed_share
 from plica.measures.scale import shown_unit
+from plica.measures.thresholds import closed_share
 from plica.measures.waveforms import RECORDED
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
 from plica.report.wording import axis

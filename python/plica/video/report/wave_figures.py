@@ -9,10 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plica.measures.scale import shown_unit
+from plica.measures.thresholds import strain_gauge
 from plica.report.drawing import Drawing, draw
 from plica.video.analysis import Analysis
 from plica.video.glottis.midline import pixels
-from plica.video.motion.mucosal_wave import Fundamental, gauge
+from plica.video.motion.mucosal_wave import Fundamental
 from plica.video.report.pictures import about, kymograms
 
 __all__ = ["folds_box", "over_tissue", "wave_drawings"]
@@ -93,12 +94,12 @@ def _strains(found: Analysis, known: Fundamental) -> Drawing:
             axes.set_title(f"{name}\n(rate: {rate / 100:.3g} {unit} a %)", fontsize=8)
 
     size = shown_unit(found.scale.unit("m"))
-    width = f" ({size[0] * found.pixel * gauge:.2g} {size[1]})" if found.settings.mm_per_px else ""
+    width = f" ({size[0] * found.pixel * strain_gauge:.2g} {size[1]})" if found.settings.mm_per_px else ""
     caption = (
         "Strain amplitude at the voice's frequency: 2-D projection of the surface's motion as the camera "
         "sees it, symmetric gradient of the displacement in the axes of the midline, over a gauge of "
-        f"{gauge:g} px{width}; colours end at what 1 % of the pixels exceed. Strain rates are strains times "
-        "the number above each map. A surface that tips towards the camera changes its length in the "
+        f"{strain_gauge:g} px{width}; colours end at what 1 % of the pixels exceed. Strain rates are strains "
+        "times the number above each map. A surface that tips towards the camera changes its length in the "
         "picture without strain."
     )
     return draw("strain", caption, "Strain and strain rate of the tissue's surface", (9, 3.6), paint)

@@ -226,9 +226,7 @@ def test_quotients_of_few_samples_a_cycle_say_how_far_they_are_known() -> None:
 def test_a_rate_below_four_samples_a_cycle_has_no_value(which: str) -> None:
     signal = Signal(np.sin(2 * np.pi * 300 * times(1100, _SECONDS)), 1100.0)
     found = found_of(**{which: signal}, frequency=300.0)
-    assert {item.name for item in found.measures} == {
-        name for name in names(recorded_from="signal") if name.startswith(which)
-    }
+    assert {item.name for item in found.measures} == names(recorded_from="signal", signal=which)
     assert {item.note for item in found.measures} == {
         "1100 samples/s for a voice of 300 Hz; must be 4 times as many or more"
     }
