@@ -20,8 +20,7 @@ void Tubes::validate() const {
 }
 
 Gas gas_of(const Airflow::Options& flow, double sound_speed) {
-  const auto* slit = std::get_if<ViscousSlit>(&flow.model);
-  return {flow.air_density, sound_speed, slit ? slit->air_viscosity : ViscousSlit{}.air_viscosity};
+  return {flow.air_density, sound_speed, flow.air_viscosity()};
 }
 
 namespace {
@@ -106,9 +105,8 @@ LineStep& AirColumn::Side::begin(double duration, double regular_duration) {
   return *taken;
 }
 
-AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes) : airflow_(&airflow), step_(step) {
-  const auto* slit = std::get_if<ViscousSlit>(&airflow.options().model);
-  inertial_ = slit && slit->inertance;
+AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes)
+    : airflow_(&airflow), step_(step), inertial_(airflow.options().has_inertance()) {
   if (!tubes.any()) return;
   tubes.validate();
   const Gas gas = gas_of(airflow.options(), tubes.sound_speed);

@@ -113,7 +113,7 @@ class AirColumn {
   std::optional<Side> trachea_, tract_;
   std::optional<double> supplied_flow_;  // m^3/s, from the end of its rise on; absent: a pressure
   double source_then_ = 0.0;
-  bool inertial_ = false;
+  bool inertial_;
   AirInertia inertia_;     // of a step
   double duration_ = 0.0;  // s, of a step, between loads
   Air air_last_, air_weighted_;

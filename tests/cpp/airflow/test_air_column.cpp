@@ -176,7 +176,11 @@ TEST_CASE("the air of tubes is that of the flow, whose model may have none of it
   CHECK(gas.density == 1.1);
   CHECK(gas.sound_speed == 345);
   CHECK(gas.viscosity == 2.5e-5);
+  CHECK_FALSE(options.has_inertance());
+  options.model = ViscousSlit{1.2, 1.8e-5, 3e-4, true};
+  CHECK(options.has_inertance());
   options.model = Bernoulli{};
+  CHECK_FALSE(options.has_inertance());
   CHECK(gas_of(options, 345).viscosity == ViscousSlit{}.air_viscosity);
 }
 
