@@ -6,19 +6,6 @@
 
 namespace plica {
 
-void Tubes::validate() const {
-  if (!(sound_speed > 0) || !std::isfinite(sound_speed))
-    throw InvalidInput("Airflow", "sound_speed", sound_speed, "m/s", "> 0 and finite", "Is the unit right?");
-  if (trachea) trachea->validate("Trachea");
-  if (tract) tract->validate("Tract");
-  if (trachea && std::holds_alternative<Radiation>(trachea->end))
-    throw InvalidInput("Trachea: its end is open; must be a supply of pressure or flow.");
-  if (const auto* supply = trachea ? std::get_if<FlowSupply>(&trachea->end) : nullptr; supply && supply->flow == 0)
-    throw InvalidInput("Trachea", "flow", 0.0, "m^3/s", "> 0", "Nothing else drives the airflow.");
-  if (const auto* supply = tract ? std::get_if<FlowSupply>(&tract->end) : nullptr; supply && supply->flow != 0)
-    throw InvalidInput("Tract", "flow", supply->flow, "m^3/s", "0", "Its end is not driven.");
-}
-
 Gas gas_of(const Airflow::Options& flow, double sound_speed) {
   return {flow.air_density, sound_speed, flow.air_viscosity()};
 }

@@ -7,17 +7,6 @@
 
 namespace plica {
 
-/// The tubes of a scene: absent is one of no length, at the end of which the pressure is held.
-struct Tubes {
-  /// From the first section down. Its end is a supply: of the subglottal pressure, or of a flow that rises as
-  /// that.
-  std::optional<Tube> trachea;
-  std::optional<Tube> tract;   // from the last section up; nothing drives its end
-  double sound_speed = 350.0;  // m/s, > 0
-  bool any() const { return trachea || tract; }
-  void validate() const;  // throws InvalidInput
-};
-
 /// The air of tubes beside a flow: of its density and viscosity, or that of air where its model has none.
 Gas gas_of(const Airflow::Options& flow, double sound_speed);
 

@@ -45,7 +45,7 @@ double interpolate(const Vector& values, const Between& where) {
 double Airflow::Options::air_viscosity() const {
   struct Of {
     double operator()(const ViscousSlit& slit) const { return slit.air_viscosity; }
-    double operator()(const Bernoulli&) const { return ViscousSlit{}.air_viscosity; }
+    double operator()(const Bernoulli&) const { return Gas{}.viscosity; }
   };
   return std::visit(Of{}, model);
 }

@@ -139,7 +139,7 @@ Vector following(const Vector& a, double r) {
 }
 
 /// The pressures and the power that accelerate the air, of a flow whose steady part is known.
-void accelerate(const AirInertia& inertia, FlowState& state) {
+void add_inertia(const AirInertia& inertia, FlowState& state) {
   const Vector change = inertia.rate * state.momentum - inertia.past;  // Pa, dPhi/dt
   const double all = change[change.size() - 1];
   state.pressure.array() += all - change.array();
@@ -149,8 +149,8 @@ void accelerate(const AirInertia& inertia, FlowState& state) {
 /// What flows past each section beside U to fill the room that walls make further on makes it faster there; with
 /// `share` of what a section makes room for filled so, inverse_squares 1 / e^2. The power that this and inertia
 /// take from the walls.
-void fill(double density, const Vector& share, const Vector& inverse_squares, const AirwayExpansion& moving,
-          FlowState& state) {
+void add_displaced_air(double density, const Vector& share, const Vector& inverse_squares,
+                       const AirwayExpansion& moving, FlowState& state) {
   double further = 0;  // m^3/s, W
   for (std::ptrdiff_t i = share.size() - 1; i >= 0; --i) {
     const double own = share[i] * moving.sections[i];
@@ -311,8 +311,8 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   state.viscous_power = total * state.flow * state.flow;
   if (model.inertance) {
     state.momentum = state.flow * inertance;
-    if (air.inertia) accelerate(*air.inertia, state);
-    if (moving) fill(air.density, share, inverse_squares, *moving, state);
+    if (air.inertia) add_inertia(*air.inertia, state);
+    if (moving) add_displaced_air(air.density, share, inverse_squares, *moving, state);
   }
   return state;
 }

@@ -181,7 +181,7 @@ TEST_CASE("the air of tubes is that of the flow, whose model may have none of it
   CHECK(options.has_inertance());
   options.model = Bernoulli{};
   CHECK_FALSE(options.has_inertance());
-  CHECK(gas_of(options, 345).viscosity == ViscousSlit{}.air_viscosity);
+  CHECK(gas_of(options, 345).viscosity == Gas{}.viscosity);
 }
 
 TEST_CASE("tubes that nothing drives, or that drive what they must not, are refused") {
