@@ -16,8 +16,12 @@ double floored(double a, double floor) {
   return a <= 0 ? floor : floor + a * a / (4 * floor);
 }
 
-/// Mean over an interval of s / a^3, a being linear from `from` to `to`: s is 1 where a <= m, falls linearly in a,
-/// and is 0 where a >= r m. With `share` the part of the interval that has areas in [low, high]:
+/// -, s: how much of the stream follows the wall at a >= m, the least area up to there: 1 where a = m, falling
+/// linearly in a to 0 where the stream leaves the wall, a = r m.
+double attachment(double a, double m, double r) { return std::max(0.0, (r * m - a) / ((r - 1) * m)); }
+
+/// Mean over an interval of s / a^3, a being linear from `from` to `to`: s is 1 where a <= m, the attachment
+/// elsewhere. With `share` the part of the interval that has areas in [low, high]:
 ///   1 / a^3 integrates to share (low + high) / (2 low^2 high^2),   1 / a^2 to share / (low high).
 double mean_friction(double from, double to, double m, double r) {
   const double least = std::min(from, to), largest = std::max(from, to);
@@ -126,14 +130,13 @@ void set_slit_flow(const Air& air, double exit, const SlitLoss& loss, const Slit
   set_ends(air, from_below, walls->displaced, state);
 }
 
-/// -, (s): whether the stream of floored areas a follows the wall: 1 where a = m, falling linearly in a to 0 where
-/// it leaves the wall, a = r m.
-Vector following(const Vector& a, double r) {
+/// -, (s) of floored areas a.
+Vector attachments(const Vector& a, double r) {
   Vector share(a.size());
   double m = a[0];
   for (std::ptrdiff_t i = 0; i < a.size(); ++i) {
     m = std::min(m, a[i]);
-    share[i] = std::max(0.0, (r * m - a[i]) / ((r - 1) * m));
+    share[i] = attachment(a[i], m, r);
   }
   return share;
 }
@@ -286,7 +289,7 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
     walls = {moving->below, moving->total(), (exit - stream.array()).matrix().dot(moving->sections),
              (total - resistance.array()).matrix().dot(moving->sections)};
     if (model.inertance) {
-      share = following(a, r);
+      share = attachments(a, r);
       inverse_squares = stream;
       walls.head = exit * share.dot(moving->sections);
     }
