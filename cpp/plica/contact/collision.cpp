@@ -73,14 +73,14 @@ void Collision::Options::validate() const {
 }
 
 Collision::Collision(Airway airway, const Points& reference, std::unique_ptr<ContactMethod> method,
-                     std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path,
+                     std::optional<Friction> friction, Options options, std::unique_ptr<ForceSolver> forces,
                      const FaceMethod& faces)
     : detector_(std::move(airway), reference),
       method_(std::move(method)),
       friction_(friction),
       options_(options),
       at_nodes_(std::holds_alternative<AtNodes>(faces)),
-      path_(std::move(path)) {
+      force_solver_(std::move(forces)) {
   options_.validate();
   if (friction_) {
     require_positive("friction", friction_->coefficient, "");
@@ -153,13 +153,13 @@ Complementarity Collision::closing_forces(Search& search, const std::vector<Cons
   std::vector<Row>& rows = search.last.rows;
   const auto solve = [&](int most_pivots) -> Complementarity {
     for (std::size_t i = 0; i < constraints.size(); ++i) method_->complete(rows[i], constraints[i], x_free);
-    if (!friction_) return path_->solve(rows, search.scale, guess, 0.1 * tolerance(), most_pivots);
+    if (!friction_) return force_solver_->solve(rows, search.scale, guess, 0.1 * tolerance(), most_pivots);
     for (const Constraint& constraint : constraints) {
       const Vector3 t = constraint.normal.unitOrthogonal();
       rows.push_back(constraint.slip_row(t, x_before, x_free));
       rows.push_back(constraint.slip_row(constraint.normal.cross(t), x_before, x_free));
     }
-    return solve_coulomb(path_->compliance(rows, search.scale), free_gaps(rows), friction_->coefficient,
+    return solve_coulomb(force_solver_->compliance(rows, search.scale), free_gaps(rows), friction_->coefficient,
                          last_friction(constraints, search.last), 0.1 * tolerance(), most_sweeps);
   };
 
@@ -213,8 +213,8 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     for (const Constraint& constraint : known.constraints) search.keys.push_back(constraint.key);
     search.last = known;
     x = x_free;
-    path_->move(known.rows, known.force, scale, x_free, x);
-    search.shifted = path_->shifted();
+    force_solver_->move(known.rows, known.force, scale, x_free, x);
+    search.shifted = force_solver_->shifted();
     try {
       Outcome found = search_on(search, std::min(few, options_.max_passes), x);
       if (found.contacts && found.contacts->converged && !passed_through(x)) return std::move(*found.contacts);
@@ -268,13 +268,13 @@ Contacts Collision::held_facing(const Search& search, int passes, int pivots, co
       found.rows.push_back(constraint.row(constraint.normal, constraint.gap(x_free)));
       guess.push_back(constraint.gap(x) < 0 || last.force_of(key) > 0);
     }
-    Complementarity solution = path_->solve(found.rows, search.scale, std::move(guess), close * tolerance(),
-                                            100 + 20 * static_cast<int>(keys.size()));
+    Complementarity solution = force_solver_->solve(found.rows, search.scale, std::move(guess),
+                                                    close * tolerance(), 100 + 20 * static_cast<int>(keys.size()));
     found.passes = last.passes + 1;
     found.pivots = last.pivots + solution.pivots;
     if (!solution.converged) throw SolveFailed(failure);
     found.force = std::move(solution.force);
-    path_->move(found.rows, found.force, search.scale, x_free, x);
+    force_solver_->move(found.rows, found.force, search.scale, x_free, x);
     std::vector<std::int32_t> all;
     const std::vector<std::int32_t> behind = facing_->closer(x, x_before, close * tolerance());
     std::set_union(keys.begin(), keys.end(), behind.begin(), behind.end(), std::back_inserter(all));
@@ -384,8 +384,8 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     }
     last.constraints = std::move(constraints);
     last.force = std::move(solution.force);
-    path_->move(last.rows, last.force, search.scale, search.x_free, x);
-    search.shifted = path_->shifted();
+    force_solver_->move(last.rows, last.force, search.scale, search.x_free, x);
+    search.shifted = force_solver_->shifted();
   }
 }
 

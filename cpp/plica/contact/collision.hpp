@@ -3,9 +3,9 @@
 
 #include "plica/contact/contacts.hpp"
 #include "plica/contact/facing_nodes.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/contact/method.hpp"
 #include "plica/contact/pairs.hpp"
-#include "plica/contact/path.hpp"
 
 namespace plica {
 
@@ -30,7 +30,7 @@ class Collision {
   /// Throws InvalidInput for a parameter outside its range, for friction or faces that the method cannot have, and
   /// for faces that are not the airway's.
   Collision(Airway airway, const Points& reference, std::unique_ptr<ContactMethod> method,
-            std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path,
+            std::optional<Friction> friction, Options options, std::unique_ptr<ForceSolver> forces,
             const FaceMethod& faces = AtNodes{});
   Collision(const Collision&) = delete;
   Collision& operator=(const Collision&) = delete;
@@ -54,11 +54,11 @@ class Collision {
   /// Renews the airway at x (n, 3), where a step begins and the surfaces are `depth` (m) deep in each other.
   void renew(const Points& x, double depth);
   /// Forgets where earlier steps ended, so that the next one depends on the state alone.
-  void forget() { path_->forget(); }
-  /// Of nodal forces (3 n) N: see ContactPath.
-  void add_response(const Vector& force, Vector& a) const { path_->add_response(force, a); }
+  void forget() { force_solver_->forget(); }
+  /// Of nodal forces (3 n) N: see ForceSolver.
+  void add_response(const Vector& force, Vector& a) const { force_solver_->add_response(force, a); }
 
-  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
+  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ForceSolver.
   /// `known`: what the last call in this step found, for another x_free: the search goes on from there, and begins
   /// anew where that does not settle. Counts of passes and pivots go on. Empty in a step's first call.
   Contacts solve(const Points& x_free, double scale, const BeforeContact& before, Contacts known, Points& x);
@@ -80,7 +80,7 @@ class Collision {
     double scale;
     const BeforeContact& before;
     double reach;                      // m
-    double shifted = 0;                // m, of the last pass's move: ContactPath::shifted
+    double shifted = 0;                // m, of the last pass's move: ForceSolver::shifted
     std::vector<std::int32_t> keys{};  // candidates of this step, ascending
     Contacts last{};                   // of the last pass
     int passes = 0;                    // since it began
@@ -122,7 +122,7 @@ class Collision {
   Options options_;
   bool at_nodes_;
   std::unique_ptr<ConstraintKind> kind_;
-  std::unique_ptr<ContactPath> path_;
+  std::unique_ptr<ForceSolver> force_solver_;
   std::optional<FacingNodes> facing_;
   bool facing_are_images_ = false;
 };
