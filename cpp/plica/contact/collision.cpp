@@ -30,10 +30,34 @@ Worst worst_of(const ContactMethod& method, const std::vector<Constraint>& const
   return worst;
 }
 
-/// A pass: its contacts and the positions (n, 3) m that they lead to.
-struct Pass {
-  Contacts contacts;
-  Points x;
+/// Why passes that settle nothing have ended after so many.
+std::string stopped_without_settling(int passes, const ContactMethod& method,
+                                     const std::vector<Constraint>& constraints, const Contacts& last,
+                                     const Points& x, double tolerance) {
+  const Worst worst = worst_of(method, constraints, last, x);
+  if (!worst.constraint)
+    return "Contact: none of " + std::to_string(passes) + " passes settled. Try a smaller step.";
+  const std::int32_t node = worst.constraint->slave;
+  return "Contact: gap error " + number_text(worst.off) + " m after " + std::to_string(passes) +
+         " passes (tolerance " + number_text(tolerance) + " m), worst at node " + std::to_string(node) + " " +
+         place_text(x.row(node)) + ". Try a smaller step, more passes, or a larger tolerance.";
+}
+
+/// Of the passes since the last new candidate the one that came closest, and how they come closer.
+struct BestPass {
+  struct Pass {
+    Contacts contacts;
+    Points x;  // (n, 3) m, that they lead to
+  };
+  std::optional<Pass> pass;
+  int halved = 0;  // the pass that last halved the gap error
+  double halved_error = std::numeric_limits<double>::infinity();
+
+  bool within(double gap_error) const { return pass && pass->contacts.gap_error <= gap_error; }
+  void take(int number, const Contacts& contacts, const Points& x) {
+    if (!pass || contacts.gap_error < pass->contacts.gap_error) pass = Pass{contacts, x};
+    if (2 * contacts.gap_error <= halved_error) halved = number, halved_error = contacts.gap_error;
+  }
 };
 
 /// Which constraints to take for closed at first: those that press, and those that are inside.
@@ -291,74 +315,57 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
   constexpr int relax_from = 3;      // passes that converge as Newton's method does are done by then
   constexpr int swings_from = 6;     // passes without the gap error falling by half
   constexpr int patience = 40;       // passes, for the gap error to fall by half, and of mirror images in all
-  constexpr double settling = 1000;  // tolerances: below this gap error means say what they leave inside
+  constexpr double settling = 1000;  // tolerances: below this gap error mortar averages say what they leave inside
   const BeforeContact& before = search.before;
   Contacts& last = search.last;
   last.converged = true;
   int& passes = search.passes = 0;
-  Points linearised;         // positions that the last pass's constraints are of
-  std::optional<Pass> best;  // of those since the last new candidate
-  int halved = 0;            // the pass that last halved the gap error
-  double halved_error = std::numeric_limits<double>::infinity();
-  const auto close = [&] { return best && best->contacts.gap_error <= acceptable * tolerance(); };
+  Points linearised;  // positions that the last pass's constraints are of
+  BestPass best;
   const auto closest = [&] {
-    best->contacts.passes = last.passes;
-    best->contacts.pivots = last.pivots;
-    best->contacts.converged = false;
-    x = std::move(best->x);
+    auto& [contacts, x_closest] = *best.pass;
+    contacts.passes = last.passes;
+    contacts.pivots = last.pivots;
+    contacts.converged = false;
+    x = std::move(x_closest);
     update(x);
-    return Outcome{std::move(best->contacts), ""};
-  };
-  const auto start_anew = [&] {
-    best.reset();
-    halved = passes;
-    halved_error = std::numeric_limits<double>::infinity();
+    return Outcome{std::move(contacts), ""};
   };
   for (;; ++passes, ++last.passes) {
     update(x);
     search.reach = std::max(search.reach, reach(before, x, search.shifted));  // forces move surfaces too
-    if (add_candidates(search, x, detector_.slave_side(), 0.0)) start_anew();
+    if (add_candidates(search, x, detector_.slave_side(), 0.0)) best = {{}, passes};
     std::vector<Constraint> constraints = constraints_at(search, x);
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
     if (passes > 0 || constraints.empty()) {
       const bool done = method_->settled(last, constraints, x, tolerance());
-      // Means leave nodes inside as a rule, so these are looked for before the means have settled.
+      // Mortar averages leave nodes inside as a rule, so these are looked for before the averages have settled.
       const bool late = method_->exact() && (done || (!at_nodes_ && last.gap_error <= settling * tolerance()));
       const bool more = late && add_candidates(search, x, detector_.master_side(),
                                                tolerance() + (done ? 0.0 : 2 * last.gap_error));
       if (done && !more) return {std::move(last), ""};
-      if (more) start_anew();
+      if (more) best = {{}, passes};
       if (more || method_->renews_constraints()) constraints = constraints_at(search, x);
-      if (!more && !method_->renews_constraints()) {
-        if (!best || last.gap_error < best->contacts.gap_error) best = Pass{last, x};
-        if (2 * last.gap_error <= halved_error) halved = passes, halved_error = last.gap_error;
-      }
+      if (!more && !method_->renews_constraints()) best.take(passes, last, x);
     }
-    if (close() && (passes == max_passes || passes - halved >= patience)) {
+    const bool close = best.within(acceptable * tolerance());
+    if (close && (passes == max_passes || passes - best.halved >= patience)) {
       // The other side's nodes are looked for once the first are settled: these never were.
-      update(best->x);
+      update(best.pass->x);
       if (passes < max_passes && method_->exact() &&
-          add_candidates(search, best->x, detector_.master_side(), acceptable * tolerance())) {
-        x = best->x;
-        start_anew();
+          add_candidates(search, best.pass->x, detector_.master_side(), acceptable * tolerance())) {
+        x = best.pass->x;
+        best = {{}, passes};
         continue;
       }
       return closest();
     }
     // Mirror images have a solution that needs no pass, and these cost more than it.
-    if (passes == max_passes || (facing_are_images_ && passes >= patience)) {
-      const Worst worst = worst_of(*method_, constraints, last, x);
-      if (!worst.constraint)
-        return {{}, "Contact: none of " + std::to_string(passes) + " passes settled. Try a smaller step."};
-      return {{},
-              "Contact: gap error " + number_text(worst.off) + " m after " + std::to_string(passes) +
-                  " passes (tolerance " + number_text(tolerance()) + " m), worst at node " +
-                  std::to_string(worst.constraint->slave) + " " + place_text(x.row(worst.constraint->slave)) +
-                  ". Try a smaller step, more passes, or a larger tolerance."};
-    }
+    if (passes == max_passes || (facing_are_images_ && passes >= patience))
+      return {{}, stopped_without_settling(passes, *method_, constraints, last, x, tolerance())};
 
     // Passes that lead from one of two shapes to the other and back are linearised between the two.
-    if (best && passes - halved >= swings_from) {
+    if (best.pass && passes - best.halved >= swings_from) {
       linearised = 0.5 * (linearised + x);
       update(linearised);
       constraints = constraints_at(search, linearised);
@@ -376,7 +383,7 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     Complementarity solution = closing_forces(search, constraints, linearised);
     last.pivots += solution.pivots;
     if (!solution.converged) {
-      if (close()) return closest();
+      if (close) return closest();
       return {{},
               "Contact: no consistent set of closed constraints among " + std::to_string(constraints.size()) +
                   " after " + std::to_string(solution.pivots) + (friction_ ? " sweeps" : " active sets") +

@@ -11,14 +11,13 @@ namespace plica {
 
 /// Detects contact and finds the forces that end it: constraints are linearised at the current positions, solved
 /// for, and rebuilt at the positions that follow, until no gap and no closed one is off by more than the
-/// tolerance. Slaves are the nodes of the finer side (mortar faces: means around its corners); with multipliers,
-/// also those nodes of the other side (mortar faces: of both) that are still inside by more than the tolerance
-/// once the first ones are out. So matched meshes give one row a node pair, and a coarse side is not run through.
-/// Constraints found in a step stay candidates until its end.
-/// With augmented multipliers each pass is an augmentation.
-/// Passes that come no closer, max_passes of them, or constraints that cannot all be met end with the pass that
-/// came closest: unconverged if its gap error is within ten tolerances, else with SolveFailed, which says why, or
-/// with nodes held apart from those they face (hold_facing).
+/// tolerance. Slaves are the nodes of the finer side (mortar faces: averages around its corners); with
+/// multipliers, also those nodes of the other side (mortar faces: of both) that are still inside by more than the
+/// tolerance once the first ones are out. So matched meshes give one row a node pair, and a coarse side is not run
+/// through. Constraints found in a step stay candidates until its end. With augmented multipliers each pass is an
+/// augmentation. Passes that come no closer, max_passes of them, or constraints that cannot all be met end with
+/// the pass that came closest: unconverged if its gap error is within ten tolerances, else with SolveFailed, which
+/// says why, or with nodes held apart from those they face (hold_facing).
 class Collision {
  public:
   struct Options {
@@ -36,14 +35,14 @@ class Collision {
   Collision& operator=(const Collision&) = delete;
 
   const ContactMethod& method() const { return *method_; }
-  /// Whether gaps are held at nodes rather than in means.
+  /// Whether gaps are held at nodes rather than in mortar averages.
   bool at_nodes() const { return at_nodes_; }
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
   /// From now on nodes are held apart from those they face at rest (FacingNodes) in a step whose passes fail, as
   /// where tissue folds and nothing tells what faces what. `images`: the surfaces are each other's mirror image at
   /// all times, so that passes also fail where many do not settle, or settle with one surface behind the other.
-  /// Nothing where no nodes face each other, with friction, with means over faces and with methods that are not
+  /// Nothing where no nodes face each other, with friction, with averages over faces and with methods that are not
   /// exact. Steps then know the positions of all nodes of the surfaces.
   void hold_facing(const Points& reference, bool images);
   /// Nodes that are held so; null where there are none.
