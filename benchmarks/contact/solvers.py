@@ -12,7 +12,7 @@ round, the spread the range over the median.
 
 The errors are those of the contact forces (over their norm), of the motion (over that of the step) and of the
 deepest gap (in mean edges) against the condensed solver with solves at 1e-13, each the largest over the
-steps. Record: `contact_paths`.
+steps. Record: `contact_solvers`.
 """
 
 from __future__ import annotations
@@ -167,7 +167,7 @@ def main() -> None:
     plica.set_threads(options.threads)
     rows = chain.from_iterable(compare(mesh, options) for mesh in options.meshes)
     note = f"Thrown at {abs(CLOSING):g} m/s; {options.steps} colliding steps, {options.blocks} rounds."
-    record("contact_paths", COLUMNS, rows, f"{note} Threads: {options.threads}.")
+    record("contact_solvers", COLUMNS, rows, f"{note} Threads: {options.threads}.")
 
 
 if __name__ == "__main__":

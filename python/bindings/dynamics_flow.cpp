@@ -123,10 +123,14 @@ void bind_tangent(py::module_& engine) {
       .def_property_readonly("momentum_by_drop", give_member(&FlowTangent::momentum_by_drop))
       .def_property_readonly("from_below", give_member(&FlowTangent::from_below))
       .def_readonly("kink", &FlowTangent::kink);
-  py::class_<SeenTube>(engine, "SeenTube")
-      .def_property_readonly("storage",
+  py::class_<SeenTube> tube(engine, "SeenTube");
+  tube.attr("longest_element") = TransmissionLine::longest_element;
+  tube.attr("longest_substep") = LineStep::longest_substep;
+  tube.def_property_readonly("storage",
                              [](py::object self) { return view(self.cast<SeenTube&>().system.storage, self); })
       .def_property_readonly("rates", [](const SeenTube& self) { return give(RowMatrix(self.system.rates)); })
+      .def_property_readonly("outflow",
+                             [](py::object self) { return view(self.cast<SeenTube&>().system.outflow, self); })
       .def_readonly("steady_resistance", &SeenTube::steady_resistance);
 }
 

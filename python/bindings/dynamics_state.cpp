@@ -142,7 +142,7 @@ py::dict state_to_dict(const State& state) {
   if (state.interface_force.size() > 0) dict["interface_force"] = give(Vector(state.interface_force));
   if (state.watched) dict["watched"] = py::array_t<double>(py::cast(numbers_of(*state.watched)));
   dict["depth"] = state.depth;
-  dict["air_memory"] = py::array_t<double>(py::cast(state.air.numbers()));
+  dict["air_column"] = py::array_t<double>(py::cast(state.air.numbers()));
   dict["supplied_power"] = state.supplied_power;
   dict["viscous_power"] = state.viscous_power;
   if (state.air.momentum.size() > 0) {
@@ -178,7 +178,7 @@ State state_from_dict(const py::dict& dict) {
   if (dict.contains("interface_force")) state.interface_force = entry("interface_force").cast<Vector>();
   if (dict.contains("watched")) state.watched = watched_of(entry("watched").cast<Numbers>());
   state.depth = entry("depth").cast<double>();
-  state.air = AirColumn::Memory::of(entry("air_memory").cast<std::vector<double>>());
+  state.air = AirColumn::Memory::of(entry("air_column").cast<std::vector<double>>());
   state.supplied_power = entry("supplied_power").cast<double>();
   state.viscous_power = entry("viscous_power").cast<double>();
   for_energies(state.ledger, [&](const char* name, double& value) { value = entry(name).cast<double>(); });

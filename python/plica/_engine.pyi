@@ -1032,6 +1032,10 @@ class FlowTangent:
     def separation(self) -> int: ...
 
 class SeenTube:
+    longest_element: typing.ClassVar[float] = 0.004
+    longest_substep: typing.ClassVar[float] = 6.25e-06
+    @property
+    def outflow(self) -> numpy.typing.NDArray[numpy.float64]: ...
     @property
     def rates(self) -> numpy.typing.NDArray[numpy.float64]: ...
     @property

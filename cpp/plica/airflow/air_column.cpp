@@ -6,120 +6,76 @@
 
 namespace plica {
 
-void Tubes::validate() const {
-  if (!(sound_speed > 0) || !std::isfinite(sound_speed))
-    throw InvalidInput("Airflow", "sound_speed", sound_speed, "m/s", "> 0 and finite", "Is the unit right?");
-  if (trachea) trachea->validate("Trachea");
-  if (tract) tract->validate("Tract");
-  if (trachea && std::holds_alternative<Radiation>(trachea->end))
-    throw InvalidInput("Trachea: its end is open; must be a supply of pressure or flow.");
-  if (const auto* supply = trachea ? std::get_if<FlowSupply>(&trachea->end) : nullptr; supply && supply->flow == 0)
-    throw InvalidInput("Trachea", "flow", 0.0, "m^3/s", "> 0", "Nothing else drives the airflow.");
-  if (const auto* supply = tract ? std::get_if<FlowSupply>(&tract->end) : nullptr; supply && supply->flow != 0)
-    throw InvalidInput("Tract", "flow", supply->flow, "m^3/s", "0", "Its end is not driven.");
-}
-
 Gas gas_of(const Airflow::Options& flow, double sound_speed) {
-  const auto* slit = std::get_if<ViscousSlit>(&flow.model);
-  return {flow.air_density, sound_speed, slit ? slit->air_viscosity : ViscousSlit{}.air_viscosity};
+  return {flow.air_density, sound_speed, flow.air_viscosity()};
 }
 
 namespace {
 
-// Added to whether the flow is stopped, which is the first number.
-constexpr double momenta_follow = 2.0, secants_follow = 4.0;
 constexpr std::size_t secants_kept = 2;
-
-/// The memory that is left where `taken` numbers from the second on are those of a part, which this flag says.
-AirColumn::Memory without_part(const std::vector<double>& numbers, double flag, std::ptrdiff_t taken) {
-  std::vector<double> others{numbers[0] - flag};
-  others.insert(others.end(), numbers.begin() + 1 + taken, numbers.end());
-  return AirColumn::Memory::of(others);
-}
-
-AirColumn::Memory with_secants(const std::vector<double>& numbers) {
-  constexpr std::ptrdiff_t head = 3;
-  const auto count = static_cast<double>(numbers.size());
-  if (count < head || !(numbers[1] >= 1 && numbers[2] >= 1 && head + 2 * numbers[1] * numbers[2] <= count))
-    throw InvalidInput("AirColumn", "numbers of its memory", count, "",
-                       "those of its secants and more, as its second and third number say");
-  const auto size = static_cast<std::ptrdiff_t>(numbers[1]), kept = static_cast<std::ptrdiff_t>(numbers[2]);
-  AirColumn::Memory memory = without_part(numbers, secants_follow, head - 1 + 2 * size * kept);
-  const double* at = numbers.data() + head;
-  for (std::ptrdiff_t k = 0; k < kept; ++k, at += 2 * size)
-    memory.secants.push_back({Eigen::Map<const Vector>(at, size), Eigen::Map<const Vector>(at + size, size)});
-  return memory;
-}
-
-AirColumn::Memory with_momenta(const std::vector<double>& numbers) {
-  constexpr std::ptrdiff_t head = 3;
-  const auto count = static_cast<double>(numbers.size());
-  if (count < head || !(numbers[1] >= 1 && head + 2 * numbers[1] <= count))
-    throw InvalidInput("AirColumn", "numbers of its memory", count, "", "3 and more, with two of each section");
-  const auto sections = static_cast<std::ptrdiff_t>(numbers[1]);
-  AirColumn::Memory memory = without_part(numbers, momenta_follow, head - 1 + 2 * sections);
-  memory.interval = numbers[2];
-  memory.momentum = Eigen::Map<const Vector>(numbers.data() + head, sections);
-  memory.momentum_before = Eigen::Map<const Vector>(numbers.data() + head + sections, sections);
-  return memory;
-}
+constexpr std::ptrdiff_t memory_head = 18;  // numbers of a memory before its arrays
 
 }  // namespace
 
+// Whether the flow is stopped; sizes: secants, numbers of each of their halves, sections, trachea, tract; the
+// interval, source, flows, works. Then the arrays: secants, momenta, trachea, tract.
 std::vector<double> AirColumn::Memory::numbers() const {
-  std::vector<double> numbers{flow_stopped ? 1.0 : 0.0};
-  if (!secants.empty()) {  // before those of momenta and tubes, which the first one says
-    numbers[0] += secants_follow;
-    numbers.push_back(static_cast<double>(secants[0].image.size()));
-    numbers.push_back(static_cast<double>(secants.size()));
-    for (const auto& [image, residual] : secants) {
-      numbers.insert(numbers.end(), image.begin(), image.end());
-      numbers.insert(numbers.end(), residual.begin(), residual.end());
-    }
-  }
-  if (momentum.size() > 0) {
-    numbers[0] += momenta_follow;
-    numbers.push_back(static_cast<double>(momentum.size()));
-    numbers.push_back(interval);
-    numbers.insert(numbers.end(), momentum.begin(), momentum.end());
-    numbers.insert(numbers.end(), momentum_before.begin(), momentum_before.end());
-  }
-  if (trachea.size() + tract.size() == 0) return numbers;
-  for (const double value : {source, flow_below, flow_above}) numbers.push_back(value);
+  const auto size_of = [](const Vector& values) { return static_cast<double>(values.size()); };
+  std::vector<double> numbers{flow_stopped ? 1.0 : 0.0,
+                              static_cast<double>(secants.size()),
+                              secants.empty() ? 0.0 : size_of(secants[0].image),
+                              size_of(momentum),
+                              size_of(trachea),
+                              size_of(tract),
+                              interval,
+                              source,
+                              flow_below,
+                              flow_above};
   for (const LineWork& work : {trachea_work, tract_work})
     for (const double value : {work.port, work.source, work.radiated, work.lost}) numbers.push_back(value);
-  numbers.push_back(static_cast<double>(trachea.size()));
-  numbers.insert(numbers.end(), trachea.begin(), trachea.end());
-  numbers.insert(numbers.end(), tract.begin(), tract.end());
+  const auto add = [&](const Vector& values) { numbers.insert(numbers.end(), values.begin(), values.end()); };
+  for (const auto& [image, residual] : secants) {
+    add(image);
+    add(residual);
+  }
+  for (const Vector* values : {&momentum, &momentum_before, &trachea, &tract}) add(*values);
   return numbers;
 }
 
 AirColumn::Memory AirColumn::Memory::of(const std::vector<double>& numbers) {
-  constexpr std::size_t head = 13;
-  constexpr double most = 1 + momenta_follow + secants_follow;
-  if (!numbers.empty() && !(numbers[0] >= 0 && numbers[0] <= most && numbers[0] == std::floor(numbers[0])))
-    throw InvalidInput("AirColumn", "first number of its memory", numbers[0], "",
-                       "a whole number in [0, " + number_text(most) + "]");
-  if (!numbers.empty() && numbers[0] >= secants_follow) return with_secants(numbers);
-  if (!numbers.empty() && numbers[0] >= momenta_follow) return with_momenta(numbers);
   const auto count = static_cast<double>(numbers.size());
-  if (numbers.size() != 1 && numbers.size() <= head)
-    throw InvalidInput("AirColumn", "numbers of its memory", count, "", "1, or more than 13 with tubes");
+  const auto refused = [&](const std::string& relation) {
+    return InvalidInput("AirColumn", "numbers of its memory", count, "", relation);
+  };
+  if (count < memory_head) throw refused("the " + std::to_string(memory_head) + " of its head and more");
+  if (numbers[0] != 0 && numbers[0] != 1)
+    throw InvalidInput("AirColumn", "first number of its memory", numbers[0], "",
+                       "0 or 1, whether the flow is stopped");
+  for (std::size_t i = 1; i <= 5; ++i)
+    if (!(numbers[i] >= 0 && numbers[i] <= count && numbers[i] == std::floor(numbers[i])))
+      throw InvalidInput("AirColumn", "size in its memory", numbers[i], "",
+                         "a whole number in [0, " + number_text(count) + "]");
+  const double told = memory_head + 2 * numbers[1] * numbers[2] + 2 * numbers[3] + numbers[4] + numbers[5];
+  if (count != told) throw refused("the " + number_text(told) + " of the sizes in its head");
   Memory memory;
-  memory.flow_stopped = numbers[0] != 0;
-  if (numbers.size() == 1) return memory;
-  memory.source = numbers[1];
-  memory.flow_below = numbers[2];
-  memory.flow_above = numbers[3];
-  memory.trachea_work = {numbers[4], numbers[5], numbers[6], numbers[7]};
-  memory.tract_work = {numbers[8], numbers[9], numbers[10], numbers[11]};
-  if (!(numbers[12] >= 0 && numbers[12] <= count - head))
-    throw InvalidInput("AirColumn", "numbers of the trachea in its memory", numbers[12], "",
-                       "in [0, " + number_text(count - head) + "]");
-  const auto below = static_cast<std::ptrdiff_t>(numbers[12]);
-  const auto all = Eigen::Map<const Vector>(numbers.data(), static_cast<std::ptrdiff_t>(numbers.size()));
-  memory.trachea = all.segment(head, below);
-  memory.tract = all.tail(all.size() - head - below);
+  memory.flow_stopped = numbers[0] == 1;
+  memory.interval = numbers[6];
+  memory.source = numbers[7];
+  memory.flow_below = numbers[8];
+  memory.flow_above = numbers[9];
+  memory.trachea_work = {numbers[10], numbers[11], numbers[12], numbers[13]};
+  memory.tract_work = {numbers[14], numbers[15], numbers[16], numbers[17]};
+  const double* at = numbers.data() + memory_head;
+  const auto next = [&](double size) -> Vector {
+    const double* begin = at;
+    at += static_cast<std::ptrdiff_t>(size);
+    return Eigen::Map<const Vector>(begin, at - begin);
+  };
+  for (int k = 0; k < numbers[1]; ++k) memory.secants.push_back({next(numbers[2]), next(numbers[2])});
+  memory.momentum = next(numbers[3]);
+  memory.momentum_before = next(numbers[3]);
+  memory.trachea = next(numbers[4]);
+  memory.tract = next(numbers[5]);
   return memory;
 }
 
@@ -136,9 +92,8 @@ LineStep& AirColumn::Side::begin(double duration, double regular_duration) {
   return *taken;
 }
 
-AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes) : airflow_(&airflow), step_(step) {
-  const auto* slit = std::get_if<ViscousSlit>(&airflow.options().model);
-  inertial_ = slit && slit->inertance;
+AirColumn::AirColumn(const Airflow& airflow, double step, const Tubes& tubes)
+    : airflow_(&airflow), step_(step), inertial_(airflow.options().has_inertance()) {
   if (!tubes.any()) return;
   tubes.validate();
   const Gas gas = gas_of(airflow.options(), tubes.sound_speed);

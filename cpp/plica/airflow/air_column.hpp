@@ -7,17 +7,6 @@
 
 namespace plica {
 
-/// The tubes of a scene: absent is one of no length, at the end of which the pressure is held.
-struct Tubes {
-  /// From the first section down. Its end is a supply: of the subglottal pressure, or of a flow that rises as
-  /// that.
-  std::optional<Tube> trachea;
-  std::optional<Tube> tract;   // from the last section up; nothing drives its end
-  double sound_speed = 350.0;  // m/s, > 0
-  bool any() const { return trachea || tract; }
-  void validate() const;  // throws InvalidInput
-};
-
 /// The air of tubes beside a flow: of its density and viscosity, or that of air where its model has none.
 Gas gas_of(const Airflow::Options& flow, double sound_speed);
 
@@ -113,7 +102,7 @@ class AirColumn {
   std::optional<Side> trachea_, tract_;
   std::optional<double> supplied_flow_;  // m^3/s, from the end of its rise on; absent: a pressure
   double source_then_ = 0.0;
-  bool inertial_ = false;
+  bool inertial_;
   AirInertia inertia_;     // of a step
   double duration_ = 0.0;  // s, of a step, between loads
   Air air_last_, air_weighted_;

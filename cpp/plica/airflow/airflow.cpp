@@ -42,6 +42,22 @@ double interpolate(const Vector& values, const Between& where) {
 
 }  // namespace
 
+double Airflow::Options::air_viscosity() const {
+  struct Of {
+    double operator()(const ViscousSlit& slit) const { return slit.air_viscosity; }
+    double operator()(const Bernoulli&) const { return Gas{}.viscosity; }
+  };
+  return std::visit(Of{}, model);
+}
+
+bool Airflow::Options::has_inertance() const {
+  struct Of {
+    bool operator()(const ViscousSlit& slit) const { return slit.inertance; }
+    bool operator()(const Bernoulli&) const { return false; }
+  };
+  return std::visit(Of{}, model);
+}
+
 void Airflow::Options::validate() const {
   const double infinity = std::numeric_limits<double>::infinity();
   const auto positive = [&](const char* name, double value, const char* unit) {

@@ -28,7 +28,9 @@ class Airflow {
     std::variant<ViscousSlit, Bernoulli> model = ViscousSlit{};
     std::variant<CutSections, EllipticSections> area = CutSections{};
     std::variant<ReferenceShape, CurrentShape> load_shape = ReferenceShape{};
-    void validate() const;  // throws InvalidInput
+    double air_viscosity() const;  // Pa s, that of air where the model has none
+    bool has_inertance() const;    // whether the air between the first and the last section has to be accelerated
+    void validate() const;         // throws InvalidInput
   };
 
   /// surface: the whole airway interface of the mesh, outward (into the air). The mesh is copied as far as needed.

@@ -16,8 +16,12 @@ double floored(double a, double floor) {
   return a <= 0 ? floor : floor + a * a / (4 * floor);
 }
 
-/// Mean over an interval of s / a^3, a being linear from `from` to `to`: s is 1 where a <= m, falls linearly in a,
-/// and is 0 where a >= r m. With `share` the part of the interval that has areas in [low, high]:
+/// -, s: how much of the stream follows the wall at a >= m, the least area up to there: 1 where a = m, falling
+/// linearly in a to 0 where the stream leaves the wall, a = r m.
+double attachment(double a, double m, double r) { return std::max(0.0, (r * m - a) / ((r - 1) * m)); }
+
+/// Mean over an interval of s / a^3, a being linear from `from` to `to`: s is 1 where a <= m, the attachment
+/// elsewhere. With `share` the part of the interval that has areas in [low, high]:
 ///   1 / a^3 integrates to share (low + high) / (2 low^2 high^2),   1 / a^2 to share / (low high).
 double mean_friction(double from, double to, double m, double r) {
   const double least = std::min(from, to), largest = std::max(from, to);
@@ -126,20 +130,19 @@ void set_slit_flow(const Air& air, double exit, const SlitLoss& loss, const Slit
   set_ends(air, from_below, walls->displaced, state);
 }
 
-/// -, (s): whether the stream of floored areas a follows the wall: 1 where a = m, falling linearly in a to 0 where
-/// it leaves the wall, a = r m.
-Vector following(const Vector& a, double r) {
+/// -, (s) of floored areas a.
+Vector attachments(const Vector& a, double r) {
   Vector share(a.size());
   double m = a[0];
   for (std::ptrdiff_t i = 0; i < a.size(); ++i) {
     m = std::min(m, a[i]);
-    share[i] = std::max(0.0, (r * m - a[i]) / ((r - 1) * m));
+    share[i] = attachment(a[i], m, r);
   }
   return share;
 }
 
 /// The pressures and the power that accelerate the air, of a flow whose steady part is known.
-void accelerate(const AirInertia& inertia, FlowState& state) {
+void add_inertia(const AirInertia& inertia, FlowState& state) {
   const Vector change = inertia.rate * state.momentum - inertia.past;  // Pa, dPhi/dt
   const double all = change[change.size() - 1];
   state.pressure.array() += all - change.array();
@@ -149,8 +152,8 @@ void accelerate(const AirInertia& inertia, FlowState& state) {
 /// What flows past each section beside U to fill the room that walls make further on makes it faster there; with
 /// `share` of what a section makes room for filled so, inverse_squares 1 / e^2. The power that this and inertia
 /// take from the walls.
-void fill(double density, const Vector& share, const Vector& inverse_squares, const AirwayExpansion& moving,
-          FlowState& state) {
+void add_displaced_air(double density, const Vector& share, const Vector& inverse_squares,
+                       const AirwayExpansion& moving, FlowState& state) {
   double further = 0;  // m^3/s, W
   for (std::ptrdiff_t i = share.size() - 1; i >= 0; --i) {
     const double own = share[i] * moving.sections[i];
@@ -286,7 +289,7 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
     walls = {moving->below, moving->total(), (exit - stream.array()).matrix().dot(moving->sections),
              (total - resistance.array()).matrix().dot(moving->sections)};
     if (model.inertance) {
-      share = following(a, r);
+      share = attachments(a, r);
       inverse_squares = stream;
       walls.head = exit * share.dot(moving->sections);
     }
@@ -311,8 +314,8 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   state.viscous_power = total * state.flow * state.flow;
   if (model.inertance) {
     state.momentum = state.flow * inertance;
-    if (air.inertia) accelerate(*air.inertia, state);
-    if (moving) fill(air.density, share, inverse_squares, *moving, state);
+    if (air.inertia) add_inertia(*air.inertia, state);
+    if (moving) add_displaced_air(air.density, share, inverse_squares, *moving, state);
   }
   return state;
 }

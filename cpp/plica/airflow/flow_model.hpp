@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "plica/airflow/gas.hpp"
 #include "plica/core/types.hpp"
 
 namespace plica {
@@ -57,7 +58,7 @@ struct AirInertia {
 /// The air that drives the flow.
 struct Air {
   double subglottal_pressure = 800.0;  // Pa, below the first section
-  double density = 1.23;               // kg/m^3, > 0
+  double density = Gas{}.density;      // kg/m^3, > 0
   double supraglottal_pressure = 0.0;  // Pa, above the last section; where it is the larger one, air flows back
   /// Pa s/m^3, what a tube takes from the one and adds to the other for the flow out of and into it: the pressures
   /// above are then those without such flows.
@@ -79,7 +80,7 @@ struct Bernoulli {
 struct ViscousSlit {
   /// -, in (1, 2]. 1.1 to 1.3 in the literature (docs/theory/airflow.md).
   double separation_ratio = 1.2;
-  double air_viscosity = 1.8e-5;  // Pa s, >= 0: 1.8e-5 at 20 degrees, 1.9e-5 at 37
+  double air_viscosity = Gas{}.viscosity;  // Pa s, >= 0
   /// -, in (0, 0.01]: the mean gap below which a section counts as no narrower, in lengths of the glottis. 4 um
   /// for 14 mm: one hundredth of the thesis's least area at rest.
   double least_gap = 3e-4;

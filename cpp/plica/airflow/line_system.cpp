@@ -8,8 +8,9 @@ LineSystem line_system(const TransmissionLine& line) {
   const std::ptrdiff_t elements = line.elements(), nodes = line.nodes() - held, walls = line.walls_ ? nodes : 0;
   const std::ptrdiff_t flows = nodes, wall_flows = flows + elements, wall_volumes = wall_flows + walls,
                        end = wall_volumes + walls;
-  LineSystem system{Vector(end + radiating), Eigen::MatrixXd::Zero(end + radiating, end + radiating)};
-  auto& [E, A] = system;
+  const std::ptrdiff_t size = end + radiating;
+  LineSystem system{Vector(size), Eigen::MatrixXd::Zero(size, size), Vector::Zero(size)};
+  auto& [E, A, c] = system;
   E.head(nodes) = line.compliance_.head(nodes);
   E.segment(flows, elements) = line.inertance_;
   for (std::ptrdiff_t k = 0; k < elements; ++k) {
@@ -32,8 +33,13 @@ LineSystem line_system(const TransmissionLine& line) {
     A(flow, volume) = -stiffness;
     A(volume, flow) = stiffness;
   }
-  if (line.end_ == End::resistive || radiating) A(nodes - 1, nodes - 1) -= 1 / line.end_resistance_;
+  if (held) c[flows + elements - 1] = 1;
+  if (line.end_ == End::resistive || radiating) {
+    c[nodes - 1] = 1 / line.end_resistance_;
+    A(nodes - 1, nodes - 1) -= c[nodes - 1];
+  }
   if (radiating) {
+    c[end] = 1;
     E[end] = line.end_inertance_;
     A(nodes - 1, end) = -1;
     A(end, nodes - 1) = 1;

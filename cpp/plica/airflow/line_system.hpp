@@ -11,6 +11,7 @@ namespace plica {
 struct LineSystem {
   Vector storage;         // (m) the diagonal of E, > 0
   Eigen::MatrixXd rates;  // (m, m) A
+  Vector outflow;         // (m) c: the flow out of the far end is c . x
 };
 
 /// x: pressures of the nodes, but for one that is held, flows of elements, of yielding walls flows and volumes, of

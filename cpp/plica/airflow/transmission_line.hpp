@@ -13,8 +13,9 @@ namespace plica {
 /// first; flows; of yielding walls flows and volumes; of a radiating end the flow of its inertance.
 class TransmissionLine {
  public:
+  static constexpr double longest_element = 4e-3;  // m
   /// Elements are at most `longest` m long. Throws InvalidInput; `where` is the tube's name in its text.
-  TransmissionLine(const Tube& tube, const Gas& gas, const char* where, double longest = 4e-3);
+  TransmissionLine(const Tube& tube, const Gas& gas, const char* where, double longest = longest_element);
 
   std::ptrdiff_t size() const {
     return nodes() + elements() + (walls_ ? 2 * nodes() : 0) + (end_ == End::radiating);
@@ -62,8 +63,9 @@ struct LineWork {
 /// flow there at the end.
 class LineStep {
  public:
+  static constexpr double longest_substep = 6.25e-6;  // s
   /// The line must outlive it. duration: s, >= 0; substeps are at most `longest` s.
-  LineStep(const TransmissionLine& line, double duration, double longest = 6.25e-6);
+  LineStep(const TransmissionLine& line, double duration, double longest = longest_substep);
 
   /// A step begins from this state, flow at the glottis (m^3/s) and source, which becomes `source_then`.
   void begin(const Vector& state, double flow, double source, double source_then);

@@ -3,6 +3,8 @@
 #include <variant>
 #include <vector>
 
+#include "plica/airflow/gas.hpp"
+
 namespace plica {
 
 /// A wall that yields on its own, each part under the pressure there: mass, damping and stiffness of a unit of
@@ -42,11 +44,15 @@ struct Tube {
   void validate(const char* where) const;  // throws InvalidInput
 };
 
-/// Air as sound travels in it.
-struct Gas {
-  double density = 1.23;      // kg/m^3, > 0
-  double sound_speed = 350;   // m/s, > 0
-  double viscosity = 1.8e-5;  // Pa s, >= 0
+/// The tubes of a scene: absent is one of no length, at the end of which the pressure is held.
+struct Tubes {
+  /// From the first section down. Its end is a supply: of the subglottal pressure, or of a flow that rises as
+  /// that.
+  std::optional<Tube> trachea;
+  std::optional<Tube> tract;               // from the last section up; nothing drives its end
+  double sound_speed = Gas{}.sound_speed;  // m/s, > 0
+  bool any() const { return trachea || tract; }
+  void validate() const;  // throws InvalidInput
 };
 
 }  // namespace plica

@@ -30,10 +30,34 @@ Worst worst_of(const ContactMethod& method, const std::vector<Constraint>& const
   return worst;
 }
 
-/// A pass: its contacts and the positions (n, 3) m that they lead to.
-struct Pass {
-  Contacts contacts;
-  Points x;
+/// Why passes that settle nothing have ended after so many.
+std::string stopped_without_settling(int passes, const ContactMethod& method,
+                                     const std::vector<Constraint>& constraints, const Contacts& last,
+                                     const Points& x, double tolerance) {
+  const Worst worst = worst_of(method, constraints, last, x);
+  if (!worst.constraint)
+    return "Contact: none of " + std::to_string(passes) + " passes settled. Try a smaller step.";
+  const std::int32_t node = worst.constraint->slave;
+  return "Contact: gap error " + number_text(worst.off) + " m after " + std::to_string(passes) +
+         " passes (tolerance " + number_text(tolerance) + " m), worst at node " + std::to_string(node) + " " +
+         place_text(x.row(node)) + ". Try a smaller step, more passes, or a larger tolerance.";
+}
+
+/// Of the passes since the last new candidate the one that came closest, and how they come closer.
+struct BestPass {
+  struct Pass {
+    Contacts contacts;
+    Points x;  // (n, 3) m, that they lead to
+  };
+  std::optional<Pass> pass;
+  int halved = 0;  // the pass that last halved the gap error
+  double halved_error = std::numeric_limits<double>::infinity();
+
+  bool within(double gap_error) const { return pass && pass->contacts.gap_error <= gap_error; }
+  void take(int number, const Contacts& contacts, const Points& x) {
+    if (!pass || contacts.gap_error < pass->contacts.gap_error) pass = Pass{contacts, x};
+    if (2 * contacts.gap_error <= halved_error) halved = number, halved_error = contacts.gap_error;
+  }
 };
 
 /// Which constraints to take for closed at first: those that press, and those that are inside.
@@ -73,14 +97,14 @@ void Collision::Options::validate() const {
 }
 
 Collision::Collision(Airway airway, const Points& reference, std::unique_ptr<ContactMethod> method,
-                     std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path,
+                     std::optional<Friction> friction, Options options, std::unique_ptr<ForceSolver> forces,
                      const FaceMethod& faces)
     : detector_(std::move(airway), reference),
       method_(std::move(method)),
       friction_(friction),
       options_(options),
       at_nodes_(std::holds_alternative<AtNodes>(faces)),
-      path_(std::move(path)) {
+      force_solver_(std::move(forces)) {
   options_.validate();
   if (friction_) {
     require_positive("friction", friction_->coefficient, "");
@@ -153,13 +177,13 @@ Complementarity Collision::closing_forces(Search& search, const std::vector<Cons
   std::vector<Row>& rows = search.last.rows;
   const auto solve = [&](int most_pivots) -> Complementarity {
     for (std::size_t i = 0; i < constraints.size(); ++i) method_->complete(rows[i], constraints[i], x_free);
-    if (!friction_) return path_->solve(rows, search.scale, guess, 0.1 * tolerance(), most_pivots);
+    if (!friction_) return force_solver_->solve(rows, search.scale, guess, 0.1 * tolerance(), most_pivots);
     for (const Constraint& constraint : constraints) {
       const Vector3 t = constraint.normal.unitOrthogonal();
       rows.push_back(constraint.slip_row(t, x_before, x_free));
       rows.push_back(constraint.slip_row(constraint.normal.cross(t), x_before, x_free));
     }
-    return solve_coulomb(path_->compliance(rows, search.scale), free_gaps(rows), friction_->coefficient,
+    return solve_coulomb(force_solver_->compliance(rows, search.scale), free_gaps(rows), friction_->coefficient,
                          last_friction(constraints, search.last), 0.1 * tolerance(), most_sweeps);
   };
 
@@ -213,8 +237,8 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     for (const Constraint& constraint : known.constraints) search.keys.push_back(constraint.key);
     search.last = known;
     x = x_free;
-    path_->move(known.rows, known.force, scale, x_free, x);
-    search.shifted = path_->shifted();
+    force_solver_->move(known.rows, known.force, scale, x_free, x);
+    search.shifted = force_solver_->shifted();
     try {
       Outcome found = search_on(search, std::min(few, options_.max_passes), x);
       if (found.contacts && found.contacts->converged && !passed_through(x)) return std::move(*found.contacts);
@@ -268,13 +292,13 @@ Contacts Collision::held_facing(const Search& search, int passes, int pivots, co
       found.rows.push_back(constraint.row(constraint.normal, constraint.gap(x_free)));
       guess.push_back(constraint.gap(x) < 0 || last.force_of(key) > 0);
     }
-    Complementarity solution = path_->solve(found.rows, search.scale, std::move(guess), close * tolerance(),
-                                            100 + 20 * static_cast<int>(keys.size()));
+    Complementarity solution = force_solver_->solve(found.rows, search.scale, std::move(guess),
+                                                    close * tolerance(), 100 + 20 * static_cast<int>(keys.size()));
     found.passes = last.passes + 1;
     found.pivots = last.pivots + solution.pivots;
     if (!solution.converged) throw SolveFailed(failure);
     found.force = std::move(solution.force);
-    path_->move(found.rows, found.force, search.scale, x_free, x);
+    force_solver_->move(found.rows, found.force, search.scale, x_free, x);
     std::vector<std::int32_t> all;
     const std::vector<std::int32_t> behind = facing_->closer(x, x_before, close * tolerance());
     std::set_union(keys.begin(), keys.end(), behind.begin(), behind.end(), std::back_inserter(all));
@@ -291,74 +315,57 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
   constexpr int relax_from = 3;      // passes that converge as Newton's method does are done by then
   constexpr int swings_from = 6;     // passes without the gap error falling by half
   constexpr int patience = 40;       // passes, for the gap error to fall by half, and of mirror images in all
-  constexpr double settling = 1000;  // tolerances: below this gap error means say what they leave inside
+  constexpr double settling = 1000;  // tolerances: below this gap error mortar averages say what they leave inside
   const BeforeContact& before = search.before;
   Contacts& last = search.last;
   last.converged = true;
   int& passes = search.passes = 0;
-  Points linearised;         // positions that the last pass's constraints are of
-  std::optional<Pass> best;  // of those since the last new candidate
-  int halved = 0;            // the pass that last halved the gap error
-  double halved_error = std::numeric_limits<double>::infinity();
-  const auto close = [&] { return best && best->contacts.gap_error <= acceptable * tolerance(); };
+  Points linearised;  // positions that the last pass's constraints are of
+  BestPass best;
   const auto closest = [&] {
-    best->contacts.passes = last.passes;
-    best->contacts.pivots = last.pivots;
-    best->contacts.converged = false;
-    x = std::move(best->x);
+    auto& [contacts, x_closest] = *best.pass;
+    contacts.passes = last.passes;
+    contacts.pivots = last.pivots;
+    contacts.converged = false;
+    x = std::move(x_closest);
     update(x);
-    return Outcome{std::move(best->contacts), ""};
-  };
-  const auto start_anew = [&] {
-    best.reset();
-    halved = passes;
-    halved_error = std::numeric_limits<double>::infinity();
+    return Outcome{std::move(contacts), ""};
   };
   for (;; ++passes, ++last.passes) {
     update(x);
     search.reach = std::max(search.reach, reach(before, x, search.shifted));  // forces move surfaces too
-    if (add_candidates(search, x, detector_.slave_side(), 0.0)) start_anew();
+    if (add_candidates(search, x, detector_.slave_side(), 0.0)) best = {{}, passes};
     std::vector<Constraint> constraints = constraints_at(search, x);
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
     if (passes > 0 || constraints.empty()) {
       const bool done = method_->settled(last, constraints, x, tolerance());
-      // Means leave nodes inside as a rule, so these are looked for before the means have settled.
+      // Mortar averages leave nodes inside as a rule, so these are looked for before the averages have settled.
       const bool late = method_->exact() && (done || (!at_nodes_ && last.gap_error <= settling * tolerance()));
       const bool more = late && add_candidates(search, x, detector_.master_side(),
                                                tolerance() + (done ? 0.0 : 2 * last.gap_error));
       if (done && !more) return {std::move(last), ""};
-      if (more) start_anew();
+      if (more) best = {{}, passes};
       if (more || method_->renews_constraints()) constraints = constraints_at(search, x);
-      if (!more && !method_->renews_constraints()) {
-        if (!best || last.gap_error < best->contacts.gap_error) best = Pass{last, x};
-        if (2 * last.gap_error <= halved_error) halved = passes, halved_error = last.gap_error;
-      }
+      if (!more && !method_->renews_constraints()) best.take(passes, last, x);
     }
-    if (close() && (passes == max_passes || passes - halved >= patience)) {
+    const bool close = best.within(acceptable * tolerance());
+    if (close && (passes == max_passes || passes - best.halved >= patience)) {
       // The other side's nodes are looked for once the first are settled: these never were.
-      update(best->x);
+      update(best.pass->x);
       if (passes < max_passes && method_->exact() &&
-          add_candidates(search, best->x, detector_.master_side(), acceptable * tolerance())) {
-        x = best->x;
-        start_anew();
+          add_candidates(search, best.pass->x, detector_.master_side(), acceptable * tolerance())) {
+        x = best.pass->x;
+        best = {{}, passes};
         continue;
       }
       return closest();
     }
     // Mirror images have a solution that needs no pass, and these cost more than it.
-    if (passes == max_passes || (facing_are_images_ && passes >= patience)) {
-      const Worst worst = worst_of(*method_, constraints, last, x);
-      if (!worst.constraint)
-        return {{}, "Contact: none of " + std::to_string(passes) + " passes settled. Try a smaller step."};
-      return {{},
-              "Contact: gap error " + number_text(worst.off) + " m after " + std::to_string(passes) +
-                  " passes (tolerance " + number_text(tolerance()) + " m), worst at node " +
-                  std::to_string(worst.constraint->slave) + " " + place_text(x.row(worst.constraint->slave)) +
-                  ". Try a smaller step, more passes, or a larger tolerance."};
-    }
+    if (passes == max_passes || (facing_are_images_ && passes >= patience))
+      return {{}, stopped_without_settling(passes, *method_, constraints, last, x, tolerance())};
 
     // Passes that lead from one of two shapes to the other and back are linearised between the two.
-    if (best && passes - halved >= swings_from) {
+    if (best.pass && passes - best.halved >= swings_from) {
       linearised = 0.5 * (linearised + x);
       update(linearised);
       constraints = constraints_at(search, linearised);
@@ -376,7 +383,7 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     Complementarity solution = closing_forces(search, constraints, linearised);
     last.pivots += solution.pivots;
     if (!solution.converged) {
-      if (close()) return closest();
+      if (close) return closest();
       return {{},
               "Contact: no consistent set of closed constraints among " + std::to_string(constraints.size()) +
                   " after " + std::to_string(solution.pivots) + (friction_ ? " sweeps" : " active sets") +
@@ -384,8 +391,8 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     }
     last.constraints = std::move(constraints);
     last.force = std::move(solution.force);
-    path_->move(last.rows, last.force, search.scale, search.x_free, x);
-    search.shifted = path_->shifted();
+    force_solver_->move(last.rows, last.force, search.scale, search.x_free, x);
+    search.shifted = force_solver_->shifted();
   }
 }
 

@@ -3,22 +3,21 @@
 
 #include "plica/contact/contacts.hpp"
 #include "plica/contact/facing_nodes.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/contact/method.hpp"
 #include "plica/contact/pairs.hpp"
-#include "plica/contact/path.hpp"
 
 namespace plica {
 
 /// Detects contact and finds the forces that end it: constraints are linearised at the current positions, solved
 /// for, and rebuilt at the positions that follow, until no gap and no closed one is off by more than the
-/// tolerance. Slaves are the nodes of the finer side (mortar faces: means around its corners); with multipliers,
-/// also those nodes of the other side (mortar faces: of both) that are still inside by more than the tolerance
-/// once the first ones are out. So matched meshes give one row a node pair, and a coarse side is not run through.
-/// Constraints found in a step stay candidates until its end.
-/// With augmented multipliers each pass is an augmentation.
-/// Passes that come no closer, max_passes of them, or constraints that cannot all be met end with the pass that
-/// came closest: unconverged if its gap error is within ten tolerances, else with SolveFailed, which says why, or
-/// with nodes held apart from those they face (hold_facing).
+/// tolerance. Slaves are the nodes of the finer side (mortar faces: averages around its corners); with
+/// multipliers, also those nodes of the other side (mortar faces: of both) that are still inside by more than the
+/// tolerance once the first ones are out. So matched meshes give one row a node pair, and a coarse side is not run
+/// through. Constraints found in a step stay candidates until its end. With augmented multipliers each pass is an
+/// augmentation. Passes that come no closer, max_passes of them, or constraints that cannot all be met end with
+/// the pass that came closest: unconverged if its gap error is within ten tolerances, else with SolveFailed, which
+/// says why, or with nodes held apart from those they face (hold_facing).
 class Collision {
  public:
   struct Options {
@@ -30,20 +29,20 @@ class Collision {
   /// Throws InvalidInput for a parameter outside its range, for friction or faces that the method cannot have, and
   /// for faces that are not the airway's.
   Collision(Airway airway, const Points& reference, std::unique_ptr<ContactMethod> method,
-            std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path,
+            std::optional<Friction> friction, Options options, std::unique_ptr<ForceSolver> forces,
             const FaceMethod& faces = AtNodes{});
   Collision(const Collision&) = delete;
   Collision& operator=(const Collision&) = delete;
 
   const ContactMethod& method() const { return *method_; }
-  /// Whether gaps are held at nodes rather than in means.
+  /// Whether gaps are held at nodes rather than in mortar averages.
   bool at_nodes() const { return at_nodes_; }
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
   /// From now on nodes are held apart from those they face at rest (FacingNodes) in a step whose passes fail, as
   /// where tissue folds and nothing tells what faces what. `images`: the surfaces are each other's mirror image at
   /// all times, so that passes also fail where many do not settle, or settle with one surface behind the other.
-  /// Nothing where no nodes face each other, with friction, with means over faces and with methods that are not
+  /// Nothing where no nodes face each other, with friction, with averages over faces and with methods that are not
   /// exact. Steps then know the positions of all nodes of the surfaces.
   void hold_facing(const Points& reference, bool images);
   /// Nodes that are held so; null where there are none.
@@ -54,11 +53,11 @@ class Collision {
   /// Renews the airway at x (n, 3), where a step begins and the surfaces are `depth` (m) deep in each other.
   void renew(const Points& x, double depth);
   /// Forgets where earlier steps ended, so that the next one depends on the state alone.
-  void forget() { path_->forget(); }
-  /// Of nodal forces (3 n) N: see ContactPath.
-  void add_response(const Vector& force, Vector& a) const { path_->add_response(force, a); }
+  void forget() { force_solver_->forget(); }
+  /// Of nodal forces (3 n) N: see ForceSolver.
+  void add_response(const Vector& force, Vector& a) const { force_solver_->add_response(force, a); }
 
-  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
+  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ForceSolver.
   /// `known`: what the last call in this step found, for another x_free: the search goes on from there, and begins
   /// anew where that does not settle. Counts of passes and pivots go on. Empty in a step's first call.
   Contacts solve(const Points& x_free, double scale, const BeforeContact& before, Contacts known, Points& x);
@@ -80,7 +79,7 @@ class Collision {
     double scale;
     const BeforeContact& before;
     double reach;                      // m
-    double shifted = 0;                // m, of the last pass's move: ContactPath::shifted
+    double shifted = 0;                // m, of the last pass's move: ForceSolver::shifted
     std::vector<std::int32_t> keys{};  // candidates of this step, ascending
     Contacts last{};                   // of the last pass
     int passes = 0;                    // since it began
@@ -122,7 +121,7 @@ class Collision {
   Options options_;
   bool at_nodes_;
   std::unique_ptr<ConstraintKind> kind_;
-  std::unique_ptr<ContactPath> path_;
+  std::unique_ptr<ForceSolver> force_solver_;
   std::optional<FacingNodes> facing_;
   bool facing_are_images_ = false;
 };

@@ -54,7 +54,7 @@ Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q,
   require_size("solve_complementarity", "the columns of W", W.cols(), q.size());
   require_size("solve_complementarity", "the guess", static_cast<std::ptrdiff_t>(guess.size()), q.size());
   if (q.size() == 0) return {Vector(), {}, 0, true};
-  const double regularisation = 1e-9 * W.diagonal().maxCoeff();
+  const double regularisation = shared_compliance * W.diagonal().maxCoeff();
   std::vector<std::ptrdiff_t> rows;
   const auto solve = [&](const std::vector<char>& active, Vector& p, Vector& w) {
     rows.clear();

@@ -7,6 +7,11 @@
 
 namespace plica {
 
+/// Of the largest diagonal entry of a compliance: added to its diagonal, so that rows that repeat others, which
+/// make it singular, share the force. Columns solved for to 1e-12 leave it indefinite by about their condition
+/// times that; the motion is the same to this accuracy.
+inline constexpr double shared_compliance = 1e-9;
+
 /// How the search for the active set ended.
 struct Complementarity {
   Vector force;              // (r) p >= 0
@@ -26,9 +31,8 @@ using ActiveSolve = std::function<void(const std::vector<char>& active, Vector& 
 Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance, int most_pivots);
 
 /// 0 <= p, 0 <= w = W p + q, p . w = 0 for a dense W (r, r) m/N and q (r) m; a solution exists where W is
-/// symmetric positive semi-definite, and is looked for otherwise. Rows that repeat others make W singular, and
-/// columns solved for to 1e-12 leave it indefinite by about their condition times that: 1e-9 of its largest
-/// diagonal entry is added, so that such rows share the force; the motion is the same to that accuracy.
+/// symmetric positive semi-definite, and is looked for otherwise. Rows that repeat others share the force
+/// (shared_compliance).
 Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q, std::vector<char> guess,
                                       double gap_tolerance, int most_pivots);
 

@@ -24,7 +24,7 @@ struct Constraint {
   Vector3 gradient = Vector3::Zero();  // of the gap, gradient . normal = 1
   double depth = 0.0;                  // m, >= 0: how far behind the master it may be before p holds it
   double area = 0.0;                   // m^2, over which the force is spread; 0: that of its node
-  double support = 1.0;                // -, share of its node's area that faces the master, of means
+  double support = 1.0;                // -, share of its node's area that faces the master, of mortar averages
   double stiffness = 0.0;              // N/m, 0: exact
   double multiplier = 0.0;             // N, >= 0: force at gap 0 where there is a stiffness
   double gamma = 0.0;                  // Pa/m, > 0 where the tissue's own stress counts (Nitsche)
@@ -73,7 +73,7 @@ class ConstraintKind {
   /// Takes up positions x (n, 3), those of the calls that follow.
   virtual void update(const Points& x) = 0;
   /// Keys of those whose gap is below -least (m), confirmed: no deeper than `reach` (m). Of nodes: slaves on
-  /// `side`. Of mortar faces: means for the slave side, single nodes of both that these leave inside for the
+  /// `side`. Of mortar faces: averages for the slave side, single nodes of both that these leave inside for the
   /// other. Of volumes: all, whatever `side` and `least`.
   virtual std::vector<std::int32_t> violated(const Points& x, double reach, const ContactSurface& side,
                                              double least) = 0;
@@ -81,7 +81,8 @@ class ConstraintKind {
   virtual bool knows(std::int32_t key) const = 0;
   /// Key -1 where there is nothing to hold apart. Its `depth` is how deep others may have left it.
   virtual Constraint at(std::int32_t key, const Points& x, double reach) = 0;
-  /// What is pressed on a side; of mortar faces means of the slave side for either, with single nodes of `side`.
+  /// What is pressed on a side; of mortar faces averages of the slave side for either, with single nodes of
+  /// `side`.
   virtual std::vector<PressedNode> pressed(const ContactSurface& side, const Contact& contact,
                                            const Points& x) = 0;
   /// (n) Pa at the nodes of both surfaces, zero elsewhere.

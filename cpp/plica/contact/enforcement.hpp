@@ -5,7 +5,7 @@
 
 namespace plica {
 
-/// Condensed or Saddle, whichever suits the number of surface nodes (path.hpp: chosen_solver).
+/// Condensed or Saddle, whichever suits the number of surface nodes (force_solver.hpp: chosen_solver).
 struct Automatic {};
 /// Compliance of the surface nodes, computed once, then a dense complementarity problem a step.
 struct Condensed {};

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "plica/contact/overlap.hpp"
+#include "plica/contact/triangle_overlap.hpp"
 
 namespace plica {
 

@@ -96,8 +96,7 @@ Complementarity solve_coulomb(Eigen::MatrixXd W, const Vector& q, double mu, Vec
   require_size("solve_coulomb", "the columns of W", W.cols(), q.size());
   require_size("solve_coulomb", "the start", start.size(), q.size());
   if (count == 0) return {Vector(), {}, 0, true};
-  // Rows that repeat others share the force, as in solve_complementarity.
-  W.diagonal().array() += 1e-9 * W.diagonal().maxCoeff();
+  W.diagonal().array() += shared_compliance * W.diagonal().maxCoeff();
   Complementarity result;
   Vector p = std::move(start), w = W * p + q;
   const auto rows = [count](std::ptrdiff_t i) {

@@ -7,8 +7,7 @@ namespace plica {
 /// r rows are normal, rows r + 2 i and r + 2 i + 1 the tangents of contact i. With w = W p + q, 0 <= p_n, 0 <=
 /// w_n, p_n w_n = 0; |p_t| <= mu p_n; w_t = 0 where |p_t| < mu p_n, else against p_t. Block Gauss-Seidel, each
 /// contact solved exactly, from `start` (3 r), until no gap and no slip is off by more than gap_tolerance; pivots
-/// counts the sweeps. Unconverged after most_sweeps. Rows that
-/// repeat others share the force, as in solve_complementarity.
+/// counts the sweeps. Unconverged after most_sweeps. Rows that repeat others share the force (shared_compliance).
 Complementarity solve_coulomb(Eigen::MatrixXd W, const Vector& q, double mu, Vector start, double gap_tolerance,
                               int most_sweeps);
 

@@ -51,7 +51,7 @@ MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const Modal
   const Vector root = copies_.cwiseSqrt();
   compliance_ =
       inertia() * (root.asDiagonal() * x_accelerations_.topRows(rows) * root.cwiseInverse().asDiagonal());
-  least_compliance_ = 1e-9 * compliance_.diagonal().maxCoeff();
+  least_compliance_ = shared_compliance * compliance_.diagonal().maxCoeff();
 }
 
 void MirrorContact::begin(const State& last) {

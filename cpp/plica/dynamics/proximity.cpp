@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "plica/dynamics/modal_path.hpp"
+#include "plica/dynamics/modal_force_solver.hpp"
 
 namespace plica {
 

@@ -52,10 +52,10 @@ ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const
                       renumbered(part.airway.tets, local), nullptr, part.airway.facing};
   reference_ = full.reference()(nodes_, Eigen::all);
   shapes_ = motion.shapes_at(nodes_);
-  auto path = std::make_unique<ModalPath>(motion, shapes_, single_);
-  path_ = path.get();
+  auto forces = std::make_unique<ModalForceSolver>(motion, shapes_, single_);
+  force_solver_ = forces.get();
   collision_.emplace(airway, reference_, contact_method(part.enforcement), part.friction, part.options,
-                     std::move(path), part.faces);
+                     std::move(forces), part.faces);
   proximity_.emplace(airway, reference_, shapes_);
   everywhere_detector_.emplace(airway, reference_);
   ahead_ = 0.004 * collision_->detector().mean_edge();
@@ -79,7 +79,7 @@ void ReducedCollision::look_everywhere() {
   everywhere_ = shown_is_near_ = true;
   seen_ = MovedNodes(Indices::LinSpaced(nodes_.size(), 0, static_cast<std::int32_t>(nodes_.size()) - 1), shapes_);
   collision_->detector().look_everywhere();
-  path_->look_at(seen_);
+  force_solver_->look_at(seen_);
   end_.resize(0);
   take_first_positions();
 }
@@ -110,7 +110,7 @@ void ReducedCollision::show_near() {
   for (std::int32_t node = 0, i = 0; node < nodes_.size(); ++node)
     if (taken[static_cast<std::size_t>(node)]) nodes[i++] = node;
   seen_ = MovedNodes(std::move(nodes), shapes_);
-  path_->look_at(seen_);
+  force_solver_->look_at(seen_);
   end_.resize(0);
   take_first_positions();
 }
@@ -159,9 +159,9 @@ void ReducedCollision::touch(const FreeEnd& move) {
     show_near();
     detector.take_foot_on_rim();
     contacts_ = solve(free, known);
-    path_->respond(contacts_.rows, contacts_.force);
-    reach_ = 2 * (proximity_->moved(free - last_->displacement) + path_->farthest_shift()) + last_->depth;
-    const Vector moved = inertia() * path_->acceleration();
+    force_solver_->respond(contacts_.rows, contacts_.force);
+    reach_ = 2 * (proximity_->moved(free - last_->displacement) + force_solver_->farthest_shift()) + last_->depth;
+    const Vector moved = inertia() * force_solver_->acceleration();
     const bool on_rim = detector.take_foot_on_rim() && !everywhere_;
     // Forces may have moved what was further away.
     const bool holds = everywhere_ || !contacts_.any_force() || proximity_->holds_at(free + moved);
@@ -176,8 +176,8 @@ void ReducedCollision::touch(const FreeEnd& move) {
   touches_ = contacts_.any_force();
   if (!touches_) return;
   contacts_.add_forces(force_);
-  load_ = path_->load();
-  acceleration_ = path_->acceleration();
+  load_ = force_solver_->load();
+  acceleration_ = force_solver_->acceleration();
   x_acceleration_ = mediolateral_.change(acceleration_);
 }
 
@@ -194,7 +194,7 @@ Contacts ReducedCollision::solve(const Vector& free, Contacts known) {
   const double weight = 1 + motion_.scheme().alpha, alpha = motion_.scheme().alpha;
   const bool at_end = std::holds_alternative<EndOfStep>(collision_->method().position());
   const double scale = at_end ? 1.0 : weight;
-  path_->begin();
+  force_solver_->begin();
   const BeforeContact before{x_before_,    last_->closed, last_->closed_force,
                              last_->depth, nullptr,       scale * proximity_->moved(free - last_->displacement)};
   if (at_end) return collision_->solve(x_free_, inertia(), before, std::move(known), x_);

@@ -1,6 +1,6 @@
 #pragma once
 #include "plica/contact/collision.hpp"
-#include "plica/dynamics/modal_path.hpp"
+#include "plica/dynamics/modal_force_solver.hpp"
 #include "plica/dynamics/proximity.hpp"
 #include "plica/dynamics/reduced_contact.hpp"
 
@@ -38,7 +38,7 @@ class ReducedCollision final : public ReducedContact {
   const Points& ends(const Vector& q);
   /// Looks at what is near at coordinates q and within `ahead` (m) more of motion, and rings of triangles around.
   void look(const Vector& q, double ahead, int rings);
-  /// Restricts the detector and the path to that.
+  /// Restricts the detector and the solver of forces to that.
   void show_near();
   void look_everywhere();
   /// Looks anew unless the last look holds at q, and reckons with as many moves to come as the last one lasted.
@@ -54,7 +54,7 @@ class ReducedCollision final : public ReducedContact {
   Points reference_;
   RowMajorMatrix shapes_;  // (3 m, r)
   // From construction on.
-  ModalPath* path_ = nullptr;  // the collision's
+  ModalForceSolver* force_solver_ = nullptr;  // the collision's
   std::optional<Collision> collision_;
   std::optional<Proximity> proximity_;
   std::optional<Detector> everywhere_detector_;  // of require_open_beyond

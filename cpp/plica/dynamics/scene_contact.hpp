@@ -1,8 +1,8 @@
 #pragma once
 #include "plica/contact/collision.hpp"
 #include "plica/dynamics/motion.hpp"
-#include "plica/dynamics/overlap.hpp"
 #include "plica/dynamics/record.hpp"
+#include "plica/dynamics/tissue_overlap.hpp"
 #include "plica/tissue/node_stress.hpp"
 
 namespace plica {

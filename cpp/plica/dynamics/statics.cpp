@@ -82,7 +82,7 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
       Eigen::Map<const Indices>(on_surfaces.data(), static_cast<std::ptrdiff_t>(on_surfaces.size()));
   const Points reference = scene.mesh.points.rowwise() - origin_near(scene.mesh.points).transpose();
   Collision collision(part.airway, reference, std::move(method), part.friction, part.options,
-                      direct_path(factors, scene.supports, nodes), part.faces);
+                      direct_solver(factors, scene.supports, nodes), part.faces);
   const Points x_free = reference + as_points(displaced(load));
   Points x;
   const std::vector<std::int32_t> none;

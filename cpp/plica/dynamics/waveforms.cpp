@@ -286,10 +286,8 @@ bool Waveform::exists_in(const Scene& scene) const {
     case Of::changing_pressure:
       return scene.airflow &&
              (scene.airflow->flow.rise > 0 || scene.airflow->flow.course || scene.airflow->tubes.trachea);
-    case Of::inertance: {
-      const auto* slit = scene.airflow ? std::get_if<ViscousSlit>(&scene.airflow->flow.model) : nullptr;
-      return slit && slit->inertance;
-    }
+    case Of::inertance:
+      return scene.airflow && scene.airflow->flow.has_inertance();
     case Of::tubes:
       return scene.airflow && scene.airflow->tubes.any();
     case Of::trachea:

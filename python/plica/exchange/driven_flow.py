@@ -23,12 +23,10 @@ from plica.exchange.files import SERIES, Areas
 from plica.measures.record import Floats
 from plica.runs.build import build_simulation, whole_tissue
 from plica.runs.scene_mesh import scene_mesh
-from plica.runs.tubes import tract_response
 from plica.scene.scene import Scene
 
 __all__ = ["DrivenFlow", "driven_flow"]
 
-_LONGEST = 6.25e-6  # s, a substep of a tube, as the engine's
 _ACCURATE = 1e-13  # m^3/s
 
 
@@ -124,7 +122,7 @@ class _Line:
 
     def __init__(self, tube: _engine.SeenTube, step: float) -> None:
         storage, rates = np.asarray(tube.storage), np.asarray(tube.rates)
-        count = int(np.ceil(step / _LONGEST * (1 - 1e-12)))
+        count = int(np.ceil(step / tube.longest_substep * (1 - 1e-12)))
         left = np.diag(storage) * (count / step) - 0.5 * rates
         right = np.diag(storage) * (count / step) + 0.5 * rates
         moved, pushed = np.linalg.solve(left, right), np.linalg.solve(left, np.eye(len(rates))[0])
@@ -185,7 +183,7 @@ class _Driven:
         self._below = None if trachea is None else _Line(trachea, step)
         self._above = None if tract is None else _Line(tract, step)
         self._inertia = _Inertia(step)
-        self._out = None if scene.tract is None else tract_response(scene.tract, scene.airflow).outflow
+        self._out = None if tract is None else np.asarray(tract.outflow)
 
     def run(self, areas: Floats, displaced: Floats) -> dict[str, Floats]:
         """Waveforms (k) of sections (k, s) m^2 that displace (k, 2) m^3/s."""

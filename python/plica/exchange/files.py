@@ -168,8 +168,8 @@ def _gas(scene: Scene) -> dict[str, tuple[float, str]]:
     air = scene.airflow
     assert air is not None
     found = {"air_density": (air.air_density, "kg/m^3"), "sound_speed": (air.sound_speed, "m/s")}
-    if air.model.viscous_slit is not None:
-        found["air_viscosity"] = (air.model.viscous_slit.air_viscosity, "Pa s")
+    if air.model.air_viscosity is not None:
+        found["air_viscosity"] = (air.model.air_viscosity, "Pa s")
     return found
 
 

@@ -102,6 +102,11 @@ class FlowModel(OneOf):
     viscous_slit: ViscousSlit | None = None
     bernoulli: Bernoulli | None = None
 
+    @property
+    def air_viscosity(self) -> float | None:
+        """Pa s; None where the model has no such key."""
+        return getattr(self.choice, "air_viscosity", None)
+
 
 class Cut(Part):
     """Sections cut from the interface at rest that move with the tissue, denser where the glottis is

@@ -115,3 +115,8 @@ class OneOf(Part):
         """The chosen part."""
         parts: list[Part] = [part for name in self.kinds if (part := getattr(self, name)) is not None]
         return parts[0]
+
+    @property
+    def chosen(self) -> str:
+        """Its name."""
+        return next(name for name in self.kinds if getattr(self, name) is not None)

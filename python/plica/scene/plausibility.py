@@ -188,9 +188,9 @@ def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
     yield "subglottal_pressure", "airflow.subglottal_pressure", scene.airflow.subglottal_pressure
     yield "air_density", "airflow.air_density", scene.airflow.air_density
     yield from _tube_quantities(scene)
-    if scene.airflow.model.viscous_slit is not None:
-        viscosity = scene.airflow.model.viscous_slit.air_viscosity
-        yield "air_viscosity", "airflow.model.viscous_slit.air_viscosity", viscosity
+    model = scene.airflow.model
+    if model.air_viscosity is not None:
+        yield "air_viscosity", f"airflow.model.{model.chosen}.air_viscosity", model.air_viscosity
     kinds = dict.fromkeys(("E", "E_fibre", "mu_fibre", "mu_transverse"), "stiffness")
     kinds |= {"density": "tissue_density", "viscosity": "viscosity"}
     for layer, tissue in scene.tissue.items():

@@ -96,10 +96,11 @@ def _noise(count: int, rate: float, seed: int) -> Floats:
 
 
 def _viscosity(scene_text: str) -> float:
-    """Pa s, of the air: that of a slit's usual one where the flow model has none."""
+    """Pa s, of the air: that of a slit's usual one where the flow model, whatever it is, has none."""
     model = (scene_table(scene_text, "airflow") or {}).get("model")
-    table = model.get("viscous_slit") if isinstance(model, dict) else None
-    try:
-        return float(read_quantity((table or {})["air_viscosity"], "Pa*s"))
-    except (KeyError, ValueError):
-        return float(_engine.ViscousSlit._defaults["air_viscosity"])
+    for table in model.values() if isinstance(model, dict) else ():
+        try:
+            return float(read_quantity(table["air_viscosity"], "Pa*s"))
+        except (KeyError, TypeError, ValueError):
+            continue
+    return float(_engine.ViscousSlit._defaults["air_viscosity"])

@@ -2,7 +2,9 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "../approx.hpp"
@@ -80,14 +82,23 @@ TEST_CASE("the memory of the air is what its numbers say, and starts with none")
     CHECK(AirColumn::Memory::of(memory.numbers()).flow_stopped == stopped);
   }
   CHECK_THROWS_AS(AirColumn::Memory::of({}), InvalidInput);
-  CHECK_THROWS_AS(AirColumn::Memory::of({1, 0}), InvalidInput);
-  std::vector<double> numbers(14, 0.0);
-  numbers[12] = 3;  // of the trachea, where there is one
-  CHECK_THROWS_AS(AirColumn::Memory::of(numbers), InvalidInput);
-  CHECK_THROWS_AS(AirColumn::Memory::of({4.0, 3.0, 1.0, 0.0}), InvalidInput);  // of a secant of three pressures
-  CHECK_THROWS_AS(AirColumn::Memory::of({4.0}), InvalidInput);
-  for (const double first : {0.5, -1.0, 8.0, double{NAN}})
-    CHECK_THROWS_AS(AirColumn::Memory::of({first}), InvalidInput);
+  CHECK_THROWS_AS(AirColumn::Memory::of({1}), InvalidInput);
+  const auto with = [](std::size_t count, std::initializer_list<std::pair<std::size_t, double>> set) {
+    std::vector<double> numbers(count, 0.0);
+    for (const auto& [at, value] : set) numbers[at] = value;
+    return AirColumn::Memory::of(numbers);
+  };
+  for (const double first : {0.5, -1.0, 2.0, double{NAN}}) CHECK_THROWS_AS(with(18, {{0, first}}), InvalidInput);
+  for (const std::size_t size : {1, 2, 3, 4, 5})
+    for (const double wrong : {0.5, -1.0, 1e300, double{NAN}})
+      CHECK_THROWS_AS(with(18, {{size, wrong}}), InvalidInput);
+  CHECK_THROWS_AS(with(19, {}), InvalidInput);
+  CHECK_THROWS_AS(with(20, {{4, 3}}), InvalidInput);  // of the trachea
+  CHECK(with(21, {{4, 3}}).trachea.size() == 3);
+  CHECK_THROWS_AS(with(23, {{1, 1}, {2, 3}}), InvalidInput);  // a secant of three pressures
+  CHECK(with(24, {{1, 1}, {2, 3}}).secants[0].residual.size() == 3);
+  CHECK_THROWS_AS(with(27, {{3, 5}}), InvalidInput);  // momenta of five sections
+  CHECK(with(28, {{3, 5}}).momentum_before.size() == 5);
   const Airflow airflow = rising(1e-3);
   AirColumn column(airflow, 1e-4);
   const Vector areas = Vector::LinSpaced(airflow.sections().count(), 2e-5, 1e-5);
@@ -165,8 +176,12 @@ TEST_CASE("the air of tubes is that of the flow, whose model may have none of it
   CHECK(gas.density == 1.1);
   CHECK(gas.sound_speed == 345);
   CHECK(gas.viscosity == 2.5e-5);
+  CHECK_FALSE(options.has_inertance());
+  options.model = ViscousSlit{1.2, 1.8e-5, 3e-4, true};
+  CHECK(options.has_inertance());
   options.model = Bernoulli{};
-  CHECK(gas_of(options, 345).viscosity == ViscousSlit{}.air_viscosity);
+  CHECK_FALSE(options.has_inertance());
+  CHECK(gas_of(options, 345).viscosity == Gas{}.viscosity);
 }
 
 TEST_CASE("tubes that nothing drives, or that drive what they must not, are refused") {

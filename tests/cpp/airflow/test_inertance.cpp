@@ -302,8 +302,6 @@ TEST_CASE("a steady flow between tubes goes on, and its memory is what its numbe
     wrong.interval = -1;
     CHECK_THROWS_AS(column.require(wrong), InvalidInput);
   }
-  CHECK_THROWS_AS(AirColumn::Memory::of({2.0, 5.0, 0.0}), InvalidInput);
-  CHECK_THROWS_AS(AirColumn::Memory::of({2.0}), InvalidInput);
 }
 
 TEST_CASE("momenta answer to areas and to the drop as their tangent says, and without inertance there are none") {

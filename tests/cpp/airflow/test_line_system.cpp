@@ -61,19 +61,22 @@ TEST_CASE("no tube gains energy by itself") {
     }
 }
 
-TEST_CASE("the system has the impedance of the line at any complex frequency") {
+TEST_CASE("the system has the impedance and the outflow of the line at any complex frequency") {
   for (const int end : {0, 1, 2, 3})
     for (const bool yields : {false, true}) {
       CAPTURE(end);
       const TransmissionLine line(any_tube(end, yields), warm_air, "tube", 0.01);
-      const auto [storage, rates] = line_system(line);
+      const auto [storage, rates, outflow] = line_system(line);
       for (const std::complex<double> s : {std::complex<double>(-30.0, 900.0), {200.0, 7000.0}}) {
         Eigen::MatrixXcd matrix = -rates.cast<std::complex<double>>();
         matrix.diagonal() += s * storage.cast<std::complex<double>>();
         const Eigen::VectorXcd into = Eigen::VectorXcd::Unit(storage.size(), 0);
-        const std::complex<double> found = matrix.partialPivLu().solve(into)[0],
-                                   expected = line.response(s).impedance;
-        CHECK(std::abs(found - expected) < 1e-9 * std::abs(expected));
+        const Eigen::VectorXcd x = matrix.partialPivLu().solve(into);
+        const auto [impedance, transfer] = line.response(s);
+        CHECK(std::abs(x[0] - impedance) < 1e-9 * std::abs(impedance));
+        const std::complex<double> out = outflow.cast<std::complex<double>>().dot(x);
+        CHECK(std::abs(out - transfer) <= 1e-9 * std::abs(transfer));
+        CHECK((transfer == 0.0) == (end == 3));
       }
     }
 }
@@ -81,7 +84,8 @@ TEST_CASE("the system has the impedance of the line at any complex frequency") {
 TEST_CASE("a tube held at its far end has the impedance and the resonances of its waves") {
   const double length = 0.2, area = 3e-4;
   const TransmissionLine line(Tube{{length}, {area}, PressureSupply{}, {}, 0.0}, warm_air, "tube", 1e-3);
-  const auto [storage, rates] = line_system(line);
+  const auto [storage, rates, outflow] = line_system(line);
+  CHECK(outflow == Vector::Unit(storage.size(), storage.size() - 1));  // the flow of the last element
   const std::complex<double> s(40.0, 2 * pi * 300);
   Eigen::MatrixXcd matrix = -rates.cast<std::complex<double>>();
   matrix.diagonal() += s * storage.cast<std::complex<double>>();

@@ -50,96 +50,96 @@ struct Squares {
   }
 };
 
-/// One problem that was put to a path, and how it ended.
+/// One problem that was put to a solver, and how it ended.
 struct Question {
   std::vector<Row> rows;
   bool converged;
 };
 
-/// The condensed path, which keeps the questions and the positions that each pass led to.
-class RecordingPath final : public ContactPath {
+/// The condensed solver, which keeps the questions and the positions that each pass led to.
+class RecordingSolver final : public ForceSolver {
  public:
   struct Record {
     std::vector<std::vector<Question>> passes{1};  // the last one is empty: the pass that only checks
     std::vector<Points> x;                         // after each pass
   };
-  RecordingPath(const Squares& squares, std::shared_ptr<Record> record)
-      : solver_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
-        path_(condensed_path(*solver_, squares.supports, Indices::LinSpaced(8, 0, 7))),
+  RecordingSolver(const Squares& squares, std::shared_ptr<Record> record)
+      : linear_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
+        condensed_(condensed_solver(*linear_, squares.supports, Indices::LinSpaced(8, 0, 7))),
         record_(std::move(record)) {}
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
-    Complementarity solution = path_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
+    Complementarity solution = condensed_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
     record_->passes.back().push_back({rows, solution.converged});
     return solution;
   }
   void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
             Points& x) override {
-    path_->move(rows, force, scale, x_free, x);
+    condensed_->move(rows, force, scale, x_free, x);
     record_->passes.emplace_back();
     record_->x.push_back(x);
   }
 
  private:
-  std::unique_ptr<const LinearSolver> solver_;
-  std::unique_ptr<ContactPath> path_;
+  std::unique_ptr<const LinearSolver> linear_;
+  std::unique_ptr<ForceSolver> condensed_;
   std::shared_ptr<Record> record_;
 };
 
-/// The condensed path, that moves the upper square by `off` (m) too far or not far enough in turn; one that gives
-/// up finds forces once only.
-class FailingPath final : public ContactPath {
+/// The condensed solver, that moves the upper square by `off` (m) too far or not far enough in turn; one that
+/// gives up finds forces once only.
+class FailingSolver final : public ForceSolver {
  public:
-  FailingPath(const Squares& squares, double off, bool gives_up)
-      : solver_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
-        path_(condensed_path(*solver_, squares.supports, Indices::LinSpaced(8, 0, 7))),
+  FailingSolver(const Squares& squares, double off, bool gives_up)
+      : linear_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
+        condensed_(condensed_solver(*linear_, squares.supports, Indices::LinSpaced(8, 0, 7))),
         off_(off),
         gives_up_(gives_up) {}
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
-    Complementarity solution = path_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
+    Complementarity solution = condensed_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
     if (gives_up_ && moves_ > 0) solution.converged = false;
     return solution;
   }
   void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
             Points& x) override {
-    path_->move(rows, force, scale, x_free, x);
+    condensed_->move(rows, force, scale, x_free, x);
     ++moves_;
     x.col(2).tail(4).array() += moves_ % 2 ? off_ : -off_;
   }
 
  private:
-  std::unique_ptr<const LinearSolver> solver_;
-  std::unique_ptr<ContactPath> path_;
+  std::unique_ptr<const LinearSolver> linear_;
+  std::unique_ptr<ForceSolver> condensed_;
   double off_;
   bool gives_up_;
   int moves_ = 0;
 };
 
 /// Moves that miss by `off` m until a search begins anew.
-class CarriedPath final : public ContactPath {
+class CarriedSolver final : public ForceSolver {
  public:
-  CarriedPath(const Squares& squares, double off, std::shared_ptr<const bool> anew)
-      : solver_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
-        path_(condensed_path(*solver_, squares.supports, Indices::LinSpaced(8, 0, 7))),
+  CarriedSolver(const Squares& squares, double off, std::shared_ptr<const bool> anew)
+      : linear_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
+        condensed_(condensed_solver(*linear_, squares.supports, Indices::LinSpaced(8, 0, 7))),
         off_(off),
         anew_(std::move(anew)) {}
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
-    return path_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
+    return condensed_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
   }
   void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
             Points& x) override {
-    path_->move(rows, force, scale, x_free, x);
+    condensed_->move(rows, force, scale, x_free, x);
     if (!*anew_) x.col(2).tail(4).array() -= off_;
   }
 
  private:
-  std::unique_ptr<const LinearSolver> solver_;
-  std::unique_ptr<ContactPath> path_;
+  std::unique_ptr<const LinearSolver> linear_;
+  std::unique_ptr<ForceSolver> condensed_;
   double off_;
   std::shared_ptr<const bool> anew_;
 };
@@ -211,16 +211,16 @@ class SwingingMethod final : public ContactMethod {
   };
 };
 
-/// A collision of the squares from their reference to x_free, with what its path was asked.
+/// A collision of the squares from their reference to x_free, with what its solver was asked.
 struct Solved {
-  std::shared_ptr<RecordingPath::Record> record = std::make_shared<RecordingPath::Record>();
+  std::shared_ptr<RecordingSolver::Record> record = std::make_shared<RecordingSolver::Record>();
   Contacts contacts;
   Points x;
   double tolerance;  // m
 
   Solved(const Squares& squares, const Points& x_free) {
     Collision collision(squares.airway, squares.reference, contact_method(Multipliers{}), {}, {},
-                        std::make_unique<RecordingPath>(squares, record));
+                        std::make_unique<RecordingSolver>(squares, record));
     tolerance = Collision::Options{}.tolerance * collision.detector().mean_edge();
     const std::vector<std::int32_t> none;
     contacts = collision.solve(x_free, 1.0, {squares.reference, none, {}, 0.0}, {}, x);
@@ -316,7 +316,7 @@ TEST_CASE(
     const double edge = Detector(squares.airway, squares.reference).mean_edge();
     const double off = tolerances * Collision::Options{}.tolerance * edge;
     Collision collision(squares.airway, squares.reference, contact_method(Multipliers{}), {}, {},
-                        std::make_unique<FailingPath>(squares, off, gives_up));
+                        std::make_unique<FailingSolver>(squares, off, gives_up));
     return collision.solve(x_free, 1.0, {squares.reference, none, {}, 0.0}, {}, x);
   };
   for (const bool gives_up : {false, true}) {
@@ -337,7 +337,7 @@ TEST_CASE("a search that goes on from what another found ends where one from the
   const Squares squares(false);
   const auto collision = [&] {
     return Collision(squares.airway, squares.reference, contact_method(Multipliers{}), {}, {1e-9},
-                     std::make_unique<RecordingPath>(squares, std::make_shared<RecordingPath::Record>()));
+                     std::make_unique<RecordingSolver>(squares, std::make_shared<RecordingSolver::Record>()));
   };
   const std::vector<std::int32_t> none;
   const BeforeContact before{squares.reference, none, {}, 0.0};
@@ -368,7 +368,7 @@ TEST_CASE("a search that does not settle where it goes on begins anew without co
   const double off = 1e-3;  // m, a hundred tolerances
   const auto anew = std::make_shared<bool>(false);
   Collision collision(squares.airway, squares.reference, std::make_unique<HeraldingMethod>(anew), {}, {},
-                      std::make_unique<CarriedPath>(squares, off, anew));
+                      std::make_unique<CarriedSolver>(squares, off, anew));
   Points x;
   const Contacts first = collision.solve(squares.at({0, 0, 0, 0, -0.5, -0.5, -0.5, -0.5}), 1.0, before, {}, x);
   REQUIRE(first.passes == 1);
@@ -384,7 +384,7 @@ TEST_CASE("passes that swing between two shapes are linearised between them") {
   const Squares squares(false);
   const Points x_free = squares.at({-1, -1, -1, -1, -0.3, 1, 1, 1});
   Collision collision(squares.airway, squares.reference, std::make_unique<SwingingMethod>(), {}, {},
-                      std::make_unique<RecordingPath>(squares, std::make_shared<RecordingPath::Record>()));
+                      std::make_unique<RecordingSolver>(squares, std::make_shared<RecordingSolver::Record>()));
   Points x;
   const std::vector<std::int32_t> none;
   const double depth = 1;  // m, for the constraint's own depth to count

@@ -43,7 +43,7 @@ struct Springs {
   Collision collision(int max_passes, const Enforcement& enforcement = Multipliers{},
                       std::optional<Friction> friction = {}) const {
     return Collision(airway, reference, contact_method(enforcement), friction, {1e-5, max_passes},
-                     condensed_path(*solver, supports, Indices::LinSpaced(8, 0, 7)));
+                     condensed_solver(*solver, supports, Indices::LinSpaced(8, 0, 7)));
   }
 };
 
@@ -152,7 +152,7 @@ TEST_CASE("passes that lead one surface through the other have failed, of mirror
   for (const bool images : {false, true}) {
     CAPTURE(images);
     Collision collision(springs.airway, springs.reference, std::make_unique<BlindMethod>(), {}, {},
-                        condensed_path(*springs.solver, springs.supports, Indices::LinSpaced(8, 0, 7)));
+                        condensed_solver(*springs.solver, springs.supports, Indices::LinSpaced(8, 0, 7)));
     collision.hold_facing(springs.reference, images);
     Points x;
     const Contacts contacts = collision.solve(through, 1.0, before, {}, x);

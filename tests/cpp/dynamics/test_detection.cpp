@@ -10,7 +10,7 @@
 #include "convex_bodies.hpp"
 #include "oracle.hpp"
 #include "plica/core/error.hpp"
-#include "plica/dynamics/overlap.hpp"
+#include "plica/dynamics/tissue_overlap.hpp"
 #include "plica/mesh/larynx.hpp"
 #include "plica/meshing/triangulated_airway.hpp"
 #include "scenes.hpp"

@@ -245,7 +245,7 @@ TEST_CASE("contact forces are opposite, none pulls, and no node stays inside") {
   }
 }
 
-TEST_CASE("all three paths give the same motion and forces") {
+TEST_CASE("all three contact solvers give the same motion and forces") {
   // A gap error of a step is a velocity error of that over h, which the steps that follow carry on: close tightly.
   const auto scene = [](const ContactSolver& solver, bool mortar) {
     Scene tight = scenes::two_cubes(Multipliers{solver, EndOfStep{}});
@@ -274,7 +274,8 @@ TEST_CASE("all three paths give the same motion and forces") {
 }
 
 TEST_CASE(
-    "each path takes the same step from the same state of colliding folds and of bodies that touch at t = 0") {
+    "each contact solver takes the same step from the same state of colliding folds and of bodies that touch at t "
+    "= 0") {
   const auto folds = [](const ContactSolver& solver) {
     Scene scene = scenes::small_larynx();
     scene.contact->enforcement = Multipliers{solver, EndOfStep{}};

@@ -1,4 +1,4 @@
-#include "plica/dynamics/modal_path.hpp"
+#include "plica/dynamics/modal_force_solver.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -45,7 +45,7 @@ void MovedNodes::move_single(const Points& from, const Vector& change, Points& x
     x.row(nodes_[i]) = from.row(nodes_[i]) + moved.segment<3>(3 * i).transpose().cast<double>();
 }
 
-ModalPath::ModalPath(const ModalMotion& motion, const RowMajorMatrix& shapes, bool single)
+ModalForceSolver::ModalForceSolver(const ModalMotion& motion, const RowMajorMatrix& shapes, bool single)
     : motion_(motion),
       shapes_(shapes),
       root_(shapes * Eigen::MatrixXd(motion.inverse().llt().matrixL())),
@@ -54,13 +54,13 @@ ModalPath::ModalPath(const ModalMotion& motion, const RowMajorMatrix& shapes, bo
       load_(Vector::Zero(motion.size())),
       acceleration_(load_) {}
 
-Complementarity ModalPath::solve(const std::vector<Row>& rows, double scale, std::vector<char> guess,
-                                 double gap_tolerance, int most_pivots) {
+Complementarity ModalForceSolver::solve(const std::vector<Row>& rows, double scale, std::vector<char> guess,
+                                        double gap_tolerance, int most_pivots) {
   return solve_complementarity(compliance(rows, scale), free_gaps(rows), std::move(guess), gap_tolerance,
                                most_pivots);
 }
 
-Eigen::MatrixXd ModalPath::compliance(const std::vector<Row>& rows, double scale) {
+Eigen::MatrixXd ModalForceSolver::compliance(const std::vector<Row>& rows, double scale) {
   const auto count = static_cast<std::ptrdiff_t>(rows.size());
   Eigen::MatrixXd push(root_.cols(), count), gap(root_.cols(), count);
   Vector sum;
@@ -75,15 +75,15 @@ Eigen::MatrixXd ModalPath::compliance(const std::vector<Row>& rows, double scale
   return W;
 }
 
-void ModalPath::respond(const std::vector<Row>& rows, const Vector& force) {
+void ModalForceSolver::respond(const std::vector<Row>& rows, const Vector& force) {
   load_.setZero();
   for (std::size_t j = 0; j < rows.size(); ++j)
     if (const double p = force[static_cast<std::ptrdiff_t>(j)]; p != 0) add(shapes_, rows[j].push, p, load_);
   motion_.solve(load_, acceleration_);
 }
 
-void ModalPath::move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
-                     Points& x) {
+void ModalForceSolver::move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
+                            Points& x) {
   respond(rows, force);
   shifted_ = scale * largest_.dot(acceleration_.cwiseAbs());
   farthest_shift_ = std::max(farthest_shift_, shifted_);

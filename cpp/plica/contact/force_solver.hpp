@@ -16,15 +16,15 @@ namespace plica {
 /// A (a - a_free) = N^T p with x = x_free + scale (a - a_free), A symmetric positive definite; the columns of N^T
 /// are what the rows push, the rows of G how their gaps move. Implementations: condensed (compliance of the
 /// surface nodes, kept), saddle point (preconditioned with what is known of A), the thesis's GMRES, and direct.
-class ContactPath {
+class ForceSolver {
  public:
-  virtual ~ContactPath() = default;
+  virtual ~ForceSolver() = default;
 
   /// Forces p with 0 <= p, 0 <= free + scale G A^-1 N^T p + compliance p, complementary (N). `guess` says which
   /// rows start closed. Unconverged where most_pivots active sets hold none.
   virtual Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess,
                                 double gap_tolerance, int most_pivots) = 0;
-  /// W = scale G A^-1 N^T + diag(compliance), (rows, rows) m/N, which friction needs. The condensed path has it;
+  /// W = scale G A^-1 N^T + diag(compliance), (rows, rows) m/N, which friction needs. The condensed solver has it;
   /// the others throw InvalidInput.
   virtual Eigen::MatrixXd compliance(const std::vector<Row>& rows, double scale);
   /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 N^T p.
@@ -46,40 +46,41 @@ ContactSolver chosen_solver(const ContactSolver& solver, std::ptrdiff_t surface_
 /// "auto", "condensed", "saddle" or "gmres", as scene files have it.
 const char* name_of(const ContactSolver& solver);
 
-/// The path of a solver, Automatic for what it stands for. A, the step's linear solver for it and the supports
-/// must outlive it and not change. `options`: of the paths that are Krylov methods themselves.
-std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const BlockMatrix& A,
+/// The one that is chosen, Automatic for what it stands for. A, the step's linear solver for it and the supports
+/// must outlive it and not change. `options`: of those that are Krylov methods themselves.
+std::unique_ptr<ForceSolver> force_solver(const ContactSolver& solver, const BlockMatrix& A,
                                           const LinearSolver& linear, const Supports& supports,
                                           const Indices& nodes, const KrylovOptions& options);
 
 /// The compliance A^-1 of the surface nodes, a column when it is first needed and then for good; a dense
 /// complementarity problem over the rows. Columns are solved for as positions within a step
 /// are, see LinearSolver. Cost of a call: O(rows^3 / 6) plus columns * surface nodes.
-std::unique_ptr<ContactPath> condensed_path(const LinearSolver& A, const Supports& supports, const Indices& nodes);
+std::unique_ptr<ForceSolver> condensed_solver(const LinearSolver& A, const Supports& supports,
+                                              const Indices& nodes);
 
 /// The saddle point of every active set by conjugate gradients with a constraint preconditioner (SaddlePoint),
 /// warm-started from the active set before; nothing is kept from step to step. Cost of an active set: about that
 /// of one solve with A.
-std::unique_ptr<ContactPath> saddle_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
-                                         const KrylovOptions& options);
+std::unique_ptr<ForceSolver> saddle_solver(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
+                                           const KrylovOptions& options);
 
 /// Paper A's solver: GMRES on the saddle point (Eq. 25 at n + 1, scaled symmetric) with the block-diagonal
-/// preconditioner of Eq. (29); rows that depend on others share the force, as in the condensed path.
-std::unique_ptr<ContactPath> gmres_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
-                                        const KrylovOptions& options);
+/// preconditioner of Eq. (29); rows that depend on others share the force, as in the condensed solver.
+std::unique_ptr<ForceSolver> gmres_solver(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
+                                          const KrylovOptions& options);
 
 /// Where nothing moves within the step and every row has a compliance: p = max(0, -free / compliance), A and scale
 /// having no part in it.
-std::unique_ptr<ContactPath> explicit_path();
+std::unique_ptr<ForceSolver> explicit_solver();
 
 /// For one configuration of an A that iterations are slow on, as in statics: a factorisation, and a
 /// back-substitution for each row of each call. A must outlive it.
-std::unique_ptr<ContactPath> direct_path(const Factorization& A, const Supports& supports, const Indices& nodes);
+std::unique_ptr<ForceSolver> direct_solver(const Factorization& A, const Supports& supports, const Indices& nodes);
 
-/// For rows on all `nodes` of a symmetric body: a path on the nodes of the part that is solved for, what it is
+/// For rows on all `nodes` of a symmetric body: a solver on the nodes of the part that is solved for, what it is
 /// asked and what it answers folded and spread. Forces and accelerations of add_response are the part's. `images`
 /// must outlive it.
-std::unique_ptr<ContactPath> mirrored_path(std::unique_ptr<ContactPath> part, const MirrorImages& images,
-                                           const Indices& nodes);
+std::unique_ptr<ForceSolver> mirrored_solver(std::unique_ptr<ForceSolver> part, const MirrorImages& images,
+                                             const Indices& nodes);
 
 }  // namespace plica

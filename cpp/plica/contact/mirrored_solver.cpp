@@ -2,7 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
 
 namespace plica {
 
@@ -32,12 +32,12 @@ bool alike(const NodeVectors& a, const NodeVectors& b) {
          });
 }
 
-/// Rows on all nodes, for a path on the nodes of the part that is solved for. A constraint and its mirror images
+/// Rows on all nodes, for a solver on the nodes of the part that is solved for. A constraint and its mirror images
 /// are the same row there, so of these one is solved for: m of them push m times as much and their gap is one,
 /// which keeps its symmetry as sqrt(m) of both.
-class MirroredPath final : public ContactPath {
+class MirroredSolver final : public ForceSolver {
  public:
-  MirroredPath(std::unique_ptr<ContactPath> part, const MirrorImages& images, const Indices& nodes)
+  MirroredSolver(std::unique_ptr<ForceSolver> part, const MirrorImages& images, const Indices& nodes)
       : part_(std::move(part)),
         images_(images),
         nodes_(nodes),
@@ -113,7 +113,7 @@ class MirroredPath final : public ContactPath {
     return part;
   }
 
-  std::unique_ptr<ContactPath> part_;
+  std::unique_ptr<ForceSolver> part_;
   const MirrorImages& images_;
   Indices nodes_;
   Points rest_, shift_;  // (p, 3) m, of the part's nodes
@@ -121,9 +121,9 @@ class MirroredPath final : public ContactPath {
 
 }  // namespace
 
-std::unique_ptr<ContactPath> mirrored_path(std::unique_ptr<ContactPath> part, const MirrorImages& images,
-                                           const Indices& nodes) {
-  return std::make_unique<MirroredPath>(std::move(part), images, nodes);
+std::unique_ptr<ForceSolver> mirrored_solver(std::unique_ptr<ForceSolver> part, const MirrorImages& images,
+                                             const Indices& nodes) {
+  return std::make_unique<MirroredSolver>(std::move(part), images, nodes);
 }
 
 }  // namespace plica

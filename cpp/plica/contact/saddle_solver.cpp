@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <map>
 
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/core/error.hpp"
 #include "plica/solve/saddle_point.hpp"
 
@@ -9,9 +9,9 @@ namespace plica {
 
 namespace {
 
-class SaddlePath final : public ContactPath {
+class SaddleSolver final : public ForceSolver {
  public:
-  SaddlePath(const BlockMatrix& A, const Supports& supports, const Indices& nodes, KrylovOptions options)
+  SaddleSolver(const BlockMatrix& A, const Supports& supports, const Indices& nodes, KrylovOptions options)
       : supports_(supports),
         nodes_(nodes),
         unknowns_(A.rows()),
@@ -100,9 +100,9 @@ class SaddlePath final : public ContactPath {
 
 }  // namespace
 
-std::unique_ptr<ContactPath> saddle_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
-                                         const KrylovOptions& options) {
-  return std::make_unique<SaddlePath>(A, supports, nodes, options);
+std::unique_ptr<ForceSolver> saddle_solver(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
+                                           const KrylovOptions& options) {
+  return std::make_unique<SaddleSolver>(A, supports, nodes, options);
 }
 
 }  // namespace plica

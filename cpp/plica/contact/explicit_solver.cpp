@@ -1,11 +1,11 @@
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/core/error.hpp"
 
 namespace plica {
 
 namespace {
 
-class ExplicitPath final : public ContactPath {
+class ExplicitSolver final : public ForceSolver {
  public:
   Complementarity solve(const std::vector<Row>& rows, double /*scale*/, std::vector<char> /*guess*/,
                         double /*gap_tolerance*/, int /*most_pivots*/) override {
@@ -30,6 +30,6 @@ class ExplicitPath final : public ContactPath {
 
 }  // namespace
 
-std::unique_ptr<ContactPath> explicit_path() { return std::make_unique<ExplicitPath>(); }
+std::unique_ptr<ForceSolver> explicit_solver() { return std::make_unique<ExplicitSolver>(); }
 
 }  // namespace plica

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/core/error.hpp"
 
 namespace plica {
@@ -11,9 +11,9 @@ namespace {
 /// the thesis's size) loses the rows and stagnates. 8 n bytes each.
 constexpr int restart = 300;
 
-class GmresPath final : public ContactPath {
+class GmresSolver final : public ForceSolver {
  public:
-  GmresPath(const BlockMatrix& A, const Supports& supports, const Indices& nodes, const KrylovOptions& options)
+  GmresSolver(const BlockMatrix& A, const Supports& supports, const Indices& nodes, const KrylovOptions& options)
       : A_(A), supports_(supports), nodes_(nodes), options_(options), diagonal_(A.rows()), change_(A.rows()) {
     // Rows that nearly repeat others end GMRES above 1e-10. Forces need no more: the motion is solved for again
     // with them, to the tolerance asked for.
@@ -104,9 +104,9 @@ class GmresPath final : public ContactPath {
 
 }  // namespace
 
-std::unique_ptr<ContactPath> gmres_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
-                                        const KrylovOptions& options) {
-  return std::make_unique<GmresPath>(A, supports, nodes, options);
+std::unique_ptr<ForceSolver> gmres_solver(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
+                                          const KrylovOptions& options) {
+  return std::make_unique<GmresSolver>(A, supports, nodes, options);
 }
 
 }  // namespace plica

@@ -1,5 +1,5 @@
-// The condensed path, the saddle point and the thesis's GMRES answer the same question: forces and motion are held
-// against the complementarity conditions with a dense inverse, and against each other.
+// The condensed solver, the saddle point and the thesis's GMRES answer the same question: forces and motion are
+// held against the complementarity conditions with a dense inverse, and against each other.
 #include <doctest/doctest.h>
 
 #include <Eigen/Cholesky>
@@ -7,7 +7,7 @@
 #include <string>
 
 #include "../solve/lattice.hpp"
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/core/error.hpp"
 
 using namespace plica;
@@ -73,38 +73,38 @@ std::vector<Row> rows_of(int count, const std::array<double, 3>& shares, double 
   return rows;
 }
 
-/// A path with the linear solver that it takes.
-struct Path {
+/// A force solver with the linear solver that it takes.
+struct OwnedSolver {
   std::unique_ptr<const LinearSolver> linear;
-  std::unique_ptr<ContactPath> path;
-  Path(const Bodies& bodies, const ContactSolver& solver, int max_iterations = 5000)
+  std::unique_ptr<ForceSolver> forces;
+  OwnedSolver(const Bodies& bodies, const ContactSolver& solver, int max_iterations = 5000)
       : linear(LinearSolver::make(bodies.A, {1e-11, LinearSolver::ConjugateGradients{max_iterations}})),
-        path(contact_path(solver, bodies.A, *linear, bodies.supports, bodies.nodes, {1e-11, max_iterations})) {}
-  ContactPath* operator->() const { return path.get(); }
+        forces(force_solver(solver, bodies.A, *linear, bodies.supports, bodies.nodes, {1e-11, max_iterations})) {}
+  ForceSolver* operator->() const { return forces.get(); }
 };
 
 struct Answer {
-  Vector force, nodal, change;  // change: A^-1 N^T p as the path gives it to a solve with A
+  Vector force, nodal, change;  // change: A^-1 N^T p as the force solver gives it to a solve with A
   Points x;
 };
 
 Answer answer(const Bodies& bodies, const ContactSolver& solver, const std::vector<Row>& rows,
               std::vector<char> guess) {
-  const Path path(bodies, solver);
-  const Complementarity end = path->solve(rows, scale, std::move(guess), gap_tolerance, 500);
+  const OwnedSolver forces(bodies, solver);
+  const Complementarity end = forces->solve(rows, scale, std::move(guess), gap_tolerance, 500);
   REQUIRE(end.converged);
   const Points at_rest = Points::Zero(bodies.nodes.size(), 3);
   Answer given{end.force, Vector::Zero(bodies.A.rows()), Vector::Zero(bodies.A.rows()), at_rest};
-  path->move(rows, end.force, scale, at_rest, given.x);
+  forces->move(rows, end.force, scale, at_rest, given.x);
   for (std::size_t i = 0; i < rows.size(); ++i)
     rows[i].add_force(end.force[static_cast<std::ptrdiff_t>(i)], given.nodal);
-  path->add_response(given.nodal, given.change);
+  forces->add_response(given.nodal, given.change);
   bodies.supports.project(given.nodal);
   return given;
 }
 
-/// All paths from all guesses obey the conditions and agree; `unique`: also in the single forces. Returns how many
-/// rows press.
+/// All solvers from all guesses obey the conditions and agree; `unique`: also in the single forces. Returns how
+/// many rows press.
 int check(const std::vector<Row>& rows, bool unique = true) {
   const Bodies bodies;
   const Eigen::MatrixXd A = bodies.A.to_sparse();
@@ -119,7 +119,7 @@ int check(const std::vector<Row>& rows, bool unique = true) {
       const Vector exact = inverse.solve(found.nodal);
       const double size = exact.cwiseAbs().maxCoeff();
       CHECK((as_vector(found.x) - scale * exact).cwiseAbs().maxCoeff() <= 1e-8 * scale * size);
-      // The condensed path keeps its far columns in single precision.
+      // The condensed solver keeps its far columns in single precision.
       CHECK((found.change - exact).cwiseAbs().maxCoeff() <= 1e-5 * size);
       pressing = 0;
       for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -141,7 +141,7 @@ const std::array<double, 3> matched{1, 0, 0}, shared{0.2, 0.3, 0.5};
 
 }  // namespace
 
-TEST_CASE("all paths give the same forces and motion on matched, non-matching and bent surfaces") {
+TEST_CASE("all solvers give the same forces and motion on matched, non-matching and bent surfaces") {
   for (const auto& shares : {matched, shared})
     for (const double bend : {0.0, 0.2, 1.0}) {
       CAPTURE(shares[0]);
@@ -152,14 +152,14 @@ TEST_CASE("all paths give the same forces and motion on matched, non-matching an
     }
 }
 
-TEST_CASE("all paths give a penalty's springs their share of the gap") {
+TEST_CASE("all solvers give a penalty's springs their share of the gap") {
   for (const double compliance : {1e-3, 1.0, 10.0}) CHECK(check(rows_of(20, shared, 0.2, compliance)) > 5);
   std::vector<Row> mixed = rows_of(20, shared, 0.2);
   for (std::size_t i = 0; i < mixed.size(); i += 2) mixed[i].compliance = 1.0;
   CHECK(check(mixed) > 5);
 }
 
-TEST_CASE("all paths share a force among rows that repeat each other, with one motion") {
+TEST_CASE("all solvers share a force among rows that repeat each other, with one motion") {
   std::vector<Row> rows = rows_of(12, shared, 0.2);
   for (const std::size_t i : {0, 1, 2, 3, 1}) rows.push_back(rows[i]);
   // Seen from either side: the same row with both sides exchanged and the force reversed twice.
@@ -171,7 +171,7 @@ TEST_CASE("all paths share a force among rows that repeat each other, with one m
   CHECK(check(rows, false) > 5);
 }
 
-TEST_CASE("all paths agree where nothing touches, everything does, and on a single row") {
+TEST_CASE("all solvers agree where nothing touches, everything does, and on a single row") {
   std::vector<Row> open = rows_of(20, shared, 0.2), closed = open;
   for (Row& r : open) r.free = 1.0;
   CHECK(check(open) == 0);
@@ -194,34 +194,34 @@ TEST_CASE("a row with its slave held pushes the other body alone") {
   }
 }
 
-TEST_CASE("what a path has solved before changes neither forces nor motion beyond the tolerance") {
+TEST_CASE("what a solver has solved before changes neither forces nor motion beyond the tolerance") {
   const Bodies bodies;
   const std::vector<Row> rows = rows_of(20, shared, 0.2), others = rows_of(15, matched, 0.5);
   for (const ContactSolver& solver : solvers) {
     CAPTURE(std::string(name_of(solver)));
-    const Path path(bodies, solver);
+    const OwnedSolver forces(bodies, solver);
     const std::vector<char> guess(rows.size(), 1);
-    const Vector fresh = path->solve(rows, scale, guess, gap_tolerance, 500).force;
-    path->solve(others, scale, std::vector<char>(others.size(), 1), gap_tolerance, 500);
-    const Vector again = path->solve(rows, scale, guess, gap_tolerance, 500).force;
+    const Vector fresh = forces->solve(rows, scale, guess, gap_tolerance, 500).force;
+    forces->solve(others, scale, std::vector<char>(others.size(), 1), gap_tolerance, 500);
+    const Vector again = forces->solve(rows, scale, guess, gap_tolerance, 500).force;
     CHECK((again - fresh).norm() <= 1e-8 * fresh.norm());
-    path->forget();
-    CHECK(path->solve(rows, scale, guess, gap_tolerance, 500).force == fresh);
+    forces->forget();
+    CHECK(forces->solve(rows, scale, guess, gap_tolerance, 500).force == fresh);
   }
 }
 
-TEST_CASE("a path that does not converge, or that nothing can move, says so and what to try") {
+TEST_CASE("a solver that does not converge, or that nothing can move, says so and what to try") {
   const Bodies bodies;
   const std::vector<Row> rows = rows_of(20, shared, 0.2);
   const std::vector<char> guess(rows.size(), 1);
   for (const ContactSolver& solver : solvers) {
     CAPTURE(std::string(name_of(solver)));
-    const Path path(bodies, solver, 3);
-    const auto solve = [&] { path->solve(rows, scale, guess, gap_tolerance, 500); };
+    const OwnedSolver forces(bodies, solver, 3);
+    const auto solve = [&] { forces->solve(rows, scale, guess, gap_tolerance, 500); };
     CHECK_THROWS_AS(solve(), SolveFailed);
     const char* advice = std::holds_alternative<Condensed>(solver) ? "Raise max_iterations" : "Try the condensed";
     CHECK_THROWS_WITH(solve(), doctest::Contains(advice));
-    const Path held(bodies, solver);
+    const OwnedSolver held(bodies, solver);
     const std::vector<Row> immovable{row(0, matched, 0.0, -0.5)};  // both its nodes are held
     CHECK_THROWS_WITH_AS(held->solve(immovable, scale, {1}, gap_tolerance, 500),
                          doctest::Contains("A contact between two fully fixed bodies?"), SolveFailed);

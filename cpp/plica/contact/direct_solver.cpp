@@ -1,13 +1,13 @@
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/core/threads.hpp"
 
 namespace plica {
 
 namespace {
 
-class DirectPath final : public ContactPath {
+class DirectSolver final : public ForceSolver {
  public:
-  DirectPath(const Factorization& A, const Supports& supports, const Indices& nodes)
+  DirectSolver(const Factorization& A, const Supports& supports, const Indices& nodes)
       : A_(A), supports_(supports), nodes_(nodes) {}
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
@@ -54,8 +54,9 @@ class DirectPath final : public ContactPath {
 
 }  // namespace
 
-std::unique_ptr<ContactPath> direct_path(const Factorization& A, const Supports& supports, const Indices& nodes) {
-  return std::make_unique<DirectPath>(A, supports, nodes);
+std::unique_ptr<ForceSolver> direct_solver(const Factorization& A, const Supports& supports,
+                                           const Indices& nodes) {
+  return std::make_unique<DirectSolver>(A, supports, nodes);
 }
 
 }  // namespace plica

@@ -1,4 +1,4 @@
-#include "plica/dynamics/overlap.hpp"
+#include "plica/dynamics/tissue_overlap.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

@@ -1,4 +1,4 @@
-#include "plica/contact/overlap.hpp"
+#include "plica/contact/triangle_overlap.hpp"
 
 #include <Eigen/Geometry>
 

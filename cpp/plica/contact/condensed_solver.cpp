@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <map>
 
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
 
@@ -9,9 +9,9 @@ namespace plica {
 
 namespace {
 
-class CondensedPath final : public ContactPath {
+class CondensedSolver final : public ForceSolver {
  public:
-  CondensedPath(const LinearSolver& A, const Supports& supports, const Indices& nodes)
+  CondensedSolver(const LinearSolver& A, const Supports& supports, const Indices& nodes)
       : compliance_(A, supports, nodes, A.tolerance_of_positions()),
         local_(static_cast<std::size_t>(supports.size() / 3), -1) {
     for (std::int32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
@@ -133,14 +133,9 @@ class CondensedPath final : public ContactPath {
 
 }  // namespace
 
-Eigen::MatrixXd ContactPath::compliance(const std::vector<Row>&, double) {
-  throw InvalidInput(
-      "Contact: friction is solved for over the compliance of the rows; must have the condensed solver.");
-}
-
-std::unique_ptr<ContactPath> condensed_path(const LinearSolver& A, const Supports& supports,
-                                            const Indices& nodes) {
-  return std::make_unique<CondensedPath>(A, supports, nodes);
+std::unique_ptr<ForceSolver> condensed_solver(const LinearSolver& A, const Supports& supports,
+                                              const Indices& nodes) {
+  return std::make_unique<CondensedSolver>(A, supports, nodes);
 }
 
 }  // namespace plica

@@ -1,5 +1,5 @@
 #pragma once
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
 #include "plica/dynamics/modal_motion.hpp"
 
 namespace plica {
@@ -26,11 +26,11 @@ class MovedNodes {
 /// Contact forces and what they move in the coordinates of a reduced motion: A^-1 = L L^T is small and known, so a
 /// row j is the vector L^T Phi^T n_j of r numbers, the compliance of the rows is the products of these, and
 /// nothing is kept of nodes that touched before. Positions follow at the nodes looked at alone.
-class ModalPath final : public ContactPath {
+class ModalForceSolver final : public ForceSolver {
  public:
   /// shapes (3 m, r) of the contact's nodes, rows of held components zero. `single`: displacements by contact
   /// within a step are needed in single precision only. Motion and shapes must outlive it.
-  ModalPath(const ModalMotion& motion, const RowMajorMatrix& shapes, bool single);
+  ModalForceSolver(const ModalMotion& motion, const RowMajorMatrix& shapes, bool single);
 
   /// From now on moves these nodes alone, which must live until the next look.
   void look_at(const MovedNodes& nodes) { seen_ = &nodes; }

@@ -1,6 +1,13 @@
-#include "plica/contact/path.hpp"
+#include "plica/contact/force_solver.hpp"
+
+#include "plica/core/error.hpp"
 
 namespace plica {
+
+Eigen::MatrixXd ForceSolver::compliance(const std::vector<Row>&, double) {
+  throw InvalidInput(
+      "Contact: friction is solved for over the compliance of the rows; must have the condensed solver.");
+}
 
 ContactSolver chosen_solver(const ContactSolver& solver, std::ptrdiff_t surface_nodes) {
   constexpr std::ptrdiff_t most_condensed = 5000;
@@ -19,13 +26,13 @@ const char* name_of(const ContactSolver& solver) {
   return std::visit(Name{}, solver);
 }
 
-std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const BlockMatrix& A,
+std::unique_ptr<ForceSolver> force_solver(const ContactSolver& solver, const BlockMatrix& A,
                                           const LinearSolver& linear, const Supports& supports,
                                           const Indices& nodes, const KrylovOptions& options) {
   const ContactSolver chosen = chosen_solver(solver, nodes.size());
-  if (std::holds_alternative<Gmres>(chosen)) return gmres_path(A, supports, nodes, options);
-  if (std::holds_alternative<Saddle>(chosen)) return saddle_path(A, supports, nodes, options);
-  return condensed_path(linear, supports, nodes);
+  if (std::holds_alternative<Gmres>(chosen)) return gmres_solver(A, supports, nodes, options);
+  if (std::holds_alternative<Saddle>(chosen)) return saddle_solver(A, supports, nodes, options);
+  return condensed_solver(linear, supports, nodes);
 }
 
 }  // namespace plica

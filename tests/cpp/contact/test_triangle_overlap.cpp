@@ -5,7 +5,7 @@
 #include <random>
 
 #include "../approx.hpp"
-#include "plica/contact/overlap.hpp"
+#include "plica/contact/triangle_overlap.hpp"
 
 using namespace plica;
 

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace plica {
+
+/// Air as sound travels in it.
+struct Gas {
+  double density = 1.23;      // kg/m^3, > 0
+  double sound_speed = 350;   // m/s, > 0
+  double viscosity = 1.8e-5;  // Pa s, >= 0: 1.8e-5 at 20 degrees, 1.9e-5 at 37
+};
+
+}  // namespace plica
