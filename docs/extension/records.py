@@ -19,10 +19,15 @@ def setup(app: Any) -> None:
 
 
 class Record(SphinxDirective):
-    """`:columns:` takes some of its columns, by name and with commas; `:rows:` at most so many rows."""
+    """`:columns:` takes some of its columns, by name and with commas; `:where:` the rows in which a column has
+    one of some values, "tissue = linear, finite"; `:rows:` at most so many rows."""
 
     required_arguments = 1
-    option_spec: ClassVar = {"columns": directives.unchanged, "rows": directives.nonnegative_int}
+    option_spec: ClassVar = {
+        "columns": directives.unchanged,
+        "where": directives.unchanged,
+        "rows": directives.nonnegative_int,
+    }
 
     def run(self) -> list[nodes.Node]:
         name = self.arguments[0]
@@ -39,21 +44,35 @@ class Record(SphinxDirective):
         if unknown:
             raise self.error(f"record {name}: has no column {unknown[0]!r}; has {', '.join(columns)}")
         places = [columns.index(column) for column in asked]
-        most = min(self.options.get("rows", MOST), MOST)
+        shown = self._chosen(name, columns, rows)
+        shown = shown[: min(self.options.get("rows", MOST), MOST)]
         lines = [
             _row(asked),
             _row(["---"] * len(asked)),
-            *(_row([row[i] for i in places]) for row in rows[:most]),
+            *(_row([row[i] for i in places]) for row in shown),
         ]
         _write(Path(self.env.app.outdir, "records", f"{name}.csv"), columns, rows)
         csv_file = "../" * self.env.docname.count("/") + f"records/{name}.csv"
-        count = f"{most} of {len(rows)} rows" if most < len(rows) else f"{len(rows)} rows"
+        count = f"{len(shown)} of {len(rows)} rows" if len(shown) < len(rows) else f"{len(rows)} rows"
         environment = found.get("environment", {})
         made = ", ".join(str(environment[key]) for key in ("date", "commit") if key in environment)
         below = (
             f"{count}; all as <a href='{csv_file}'>{name}.csv</a>, by `{found.get('command', '')}` ({made})."
         )
         return self.parse_text_to_nodes("\n".join([*lines, "", below]) + "\n")
+
+    def _chosen(self, name: str, columns: list[str], rows: list[list[Any]]) -> list[list[Any]]:
+        """The rows that `:where:` takes."""
+        if "where" not in self.options:
+            return rows
+        column, _, values = (part.strip() for part in self.options["where"].partition("="))
+        if column not in columns:
+            raise self.error(f"record {name}: has no column {column!r}; has {', '.join(columns)}")
+        wanted, place = [value.strip() for value in values.split(",")], columns.index(column)
+        chosen = [row for row in rows if str(row[place]) in wanted]
+        if not chosen:
+            raise self.error(f"record {name}: has no row with {column} = {values}")
+        return chosen
 
 
 def _row(cells: list[Any]) -> str:

@@ -16,6 +16,7 @@ from plica.runs.build import build_simulation, contact_sides
 from plica.runs.full_run import stored_motion
 from plica.runs.results import Run
 from plica.runs.scene_mesh import scene_mesh
+from plica.scene.changes import changed
 from plica.scene.held import fixed_components
 from plica.scene.scene import Scene
 from plica.storage.files import refuse_overwriting
@@ -86,9 +87,9 @@ def reduce(
             f"reduce: components = {components}; must be left out with a scene: they are of a run's motion."
         )
     try:
-        chosen.replace({"reduction": {"basis": path}})
+        changed(chosen, {"reduction": {"basis": path}}, "reduce: no basis is for this scene")
     except SceneError as error:
-        raise InvalidInput(f"reduce: the basis is of no use to its scene: {error}") from None
+        raise InvalidInput(f"{error} Or give the scene that it is for: scene (--scene).") from None
     mesh = scene_mesh(chosen)
     basis = basis_of(
         chosen,

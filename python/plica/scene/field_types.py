@@ -29,6 +29,10 @@ def unit_at(part: type[BaseModel], path: Iterable[str | int]) -> str:
     """The SI unit of the field at a path below a part; empty for what is no quantity."""
     kinds: tuple[Any, ...] = (part,)
     for name in path:
+        tables = [kind for kind in leaves(kinds) if typing.get_origin(kind) is dict]
+        if tables and "[" not in str(name):
+            kinds = tuple(typing.get_args(table)[1] for table in tables)
+            continue
         parts = [kind for kind in leaves(kinds) if isinstance(kind, type) and issubclass(kind, BaseModel)]
         fields = [kind.model_fields[name] for kind in parts if name in kind.model_fields]
         if fields:

@@ -96,7 +96,7 @@ def _noise(count: int, rate: float, seed: int) -> Floats:
 
 
 def _viscosity(scene_text: str) -> float:
-    """Pa s, of the air: that of a slit's usual one where the flow model, whatever it is, has none."""
+    """Pa s, of the air: the default of a slit where the flow model has none."""
     model = (scene_table(scene_text, "airflow") or {}).get("model")
     for table in model.values() if isinstance(model, dict) else ():
         try:

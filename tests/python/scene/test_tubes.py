@@ -41,7 +41,8 @@ def test_each_far_end_is_another_one_in_the_engine(phonating: plica.Scene) -> No
     for scene in ends:
         assert scene.tract is not None
         assert scene.airflow is not None
-        assert not np.isnan(tract_response(scene.tract, scene.airflow).gain(np.array([200.0])))
+        (gain,) = tract_response(scene.tract, scene.airflow).gain(np.array([200.0]))
+        assert gain == -np.inf if scene.tract.end.closed is not None else np.isfinite(gain)
     given = [{"pressure": {}}, {"flow": {"flow": "0.2 l/s"}}]
     assert {name for one in given for name in one} == Supply.kinds.keys()
     supplied = [rising.replace({"trachea": {**UNIFORM, "supply": one}}) for one in given]
