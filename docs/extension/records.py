@@ -19,8 +19,8 @@ def setup(app: Any) -> None:
 
 
 class Record(SphinxDirective):
-    """`:columns:` takes some of its columns, by name and with commas; `:where:` the rows in which a column has
-    one of some values, "tissue = linear, finite"; `:rows:` at most so many rows."""
+    """`:columns:` takes some of its columns, by name and with commas; `:where:` the rows in which a column
+    has one of some values, "tissue = linear, finite"; `:rows:` at most so many rows."""
 
     required_arguments = 1
     option_spec: ClassVar = {
