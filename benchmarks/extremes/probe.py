@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from plica.errors import InvalidInput, SolveFailed
 from plica.scene.problems import describe
+from plica.scene.scene import Scene
 
 __all__ = ["FORBIDDEN", "LONGEST", "Found", "Probe", "Verdict", "Wrong", "run_probe"]
 
@@ -68,7 +69,7 @@ def run_probe(find: Callable[[], Found]) -> Verdict:
     except (InvalidInput, SolveFailed) as refusal:
         return _refused(str(refusal))
     except ValidationError as refusal:
-        return _refused(" ".join(describe(refusal, "Scene")))
+        return _refused(" ".join(describe(refusal, "Scene", Scene)))
     except Wrong as wrong:
         return Verdict("WRONG", str(wrong))
     except Exception as crash:
