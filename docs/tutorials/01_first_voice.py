@@ -23,7 +23,7 @@ import plica
 warnings.simplefilter("ignore", plica.CautionWarning)  # they are printed at the end
 folder = Path(tempfile.mkdtemp())
 scene = plica.Scene.of_voice("female").replace(
-    {"mesh.larynx": "coarse", "time.duration": "0.2 s", "output.start": "0.18 s"}
+    {"mesh.larynx": "coarse", "time.duration": "0.18 s", "output.start": "0.16 s"}
 )
 run = plica.run(scene, folder / "female", progress=False)
 
@@ -45,14 +45,14 @@ for caution in run.cautions:
 # Flow and least area of the glottis over the last cycles, and the sound at 0.3 m from the lips.
 
 sound = run.sound()
-late = run.between("0.17 s", None)
+late = run.between("0.15 s", None)
 figure, (top, middle, bottom) = plt.subplots(3, 1, sharex=True, figsize=(7, 6))
 top.plot(1e3 * late.time, 1e6 * late["minimum_area"])
 top.set_ylabel("least area (mm²)")
 middle.plot(1e3 * late.time, 1e6 * late["flow"])
 middle.set_ylabel("flow (ml/s)")
 time = np.arange(sound.pressure.size) / sound.rate
-heard = time >= 0.17
+heard = time >= 0.15
 bottom.plot(1e3 * time[heard], sound.pressure[heard])
 bottom.set_ylabel("sound at 0.3 m (Pa)")
 bottom.set_xlabel("time (ms)")

@@ -54,13 +54,13 @@ def coronal_contours(
     return lines[0], lines[1]
 
 
-def rest_contour(points: Floats, faces: NDArray[np.integer[Any]]) -> Floats:
-    """Height z, smaller x and larger x (m) of the airway in its mid-coronal plane, (k, 3), upward.
+def rest_contour(points: Floats, faces: NDArray[np.integer[Any]], place: float | None = None) -> Floats:
+    """Height z, smaller x and larger x (m) of the airway in a coronal plane, (k, 3), upward.
 
-    At the vertices of the contours where both folds have one; `points` and `faces` as in `coronal_contours`.
-    Empty where one of the folds is not cut.
+    At the vertices of the contours where both folds have one; `points`, `faces` and `place` as in
+    `coronal_contours`. Empty where one of the folds is not cut.
     """
-    larger, smaller = coronal_contours(points, faces)
+    larger, smaller = coronal_contours(points, faces, place)
     if not (len(larger) and len(smaller)):
         return np.empty((0, 3))
     low = max(float(line[0, 0]) for line in (larger, smaller))
@@ -74,9 +74,9 @@ def rest_contour(points: Floats, faces: NDArray[np.integer[Any]]) -> Floats:
     )
 
 
-def narrowest_gap(points: Floats, faces: NDArray[np.integer[Any]]) -> float:
-    """Least width (m) of the airway in its mid-coronal plane, of `rest_contour`; not a number without it."""
-    contour = rest_contour(points, faces)
+def narrowest_gap(points: Floats, faces: NDArray[np.integer[Any]], place: float | None = None) -> float:
+    """Least width (m) of the airway in a coronal plane, of `rest_contour`; not a number without it."""
+    contour = rest_contour(points, faces, place)
     return float((contour[:, 2] - contour[:, 1]).min()) if len(contour) else float("nan")
 
 

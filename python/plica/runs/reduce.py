@@ -87,7 +87,7 @@ def reduce(
             f"reduce: components = {components}; must be left out with a scene: they are of a run's motion."
         )
     try:
-        changed(chosen, {"reduction": {"basis": path}}, "reduce: no basis is for this scene")
+        changed(chosen, {"reduction": {"basis": path}}, f"{chosen.source}: it cannot be reduced")
     except SceneError as error:
         raise InvalidInput(f"{error} Or give the scene that it is for: scene (--scene).") from None
     mesh = scene_mesh(chosen)

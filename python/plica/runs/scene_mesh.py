@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 
 _MOST_STIFFENED = 6.0  # exponent; 400 times as stiff
 _LEAST_HELD = 0.9
+_QUARTERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))  # of a face of 6 nodes
+_PLANES = 40  # evenly apart, and as many through the nodes that are nearest to the other fold
 
 
 def scene_mesh(scene: Scene) -> _engine.TetMesh:
@@ -90,11 +92,29 @@ def _require_open(scene: Scene, posture: Posture, mesh: _engine.TetMesh) -> None
     airway = mesh.surfaces.get("airway")
     if airway is None:
         return
-    rest, now = (1e3 * narrowest_gap(np.asarray(x, dtype=float), airway) for x in (mesh.rest, mesh.points))
-    if rest > 0 and now <= 0:
+    faces = np.asarray(airway)
+    if faces.shape[1] == 6:  # its mid-side nodes may cross, too
+        faces = np.concatenate([faces[:, quarter] for quarter in _QUARTERS])
+    share = np.linspace(0.0, 1.0, _PLANES + 2)[1:-1]
+    shapes = [np.asarray(points, dtype=float) for points in (mesh.rest, mesh.points)]
+    nodes = np.unique(faces)
+    x = np.sign(shapes[0][nodes, 0]) * shapes[1][nodes, 0]
+    near = nodes[np.argsort(x)[:_PLANES]]
+    places = [
+        np.concatenate((y[nodes].min() + share * np.ptp(y[nodes]), y[near]))
+        for y in (points[:, 1] for points in shapes)
+    ]
+    rest, now = (
+        np.array([narrowest_gap(points, faces, at) for at in own])
+        for points, own in zip(shapes, places, strict=True)
+    )
+    crossed = (rest > 0) & (now <= 0)
+    if crossed.any():
+        k = np.where(crossed, now, np.inf).argmin()
         raise SceneError(
             f"{scene.source}: {_given(posture)} with posture.contraction = {posture.contraction:g}: the "
-            f"folds are {now:.3g} mm apart where they are nearest (at rest {rest:.3g} mm); must be > 0. "
+            f"folds are {1e3 * now[k]:.3g} mm apart at y = {1e3 * places[1][k]:.3g} mm (at rest "
+            f"{1e3 * rest[k]:.3g} mm); must be > 0. "
             "What holds the tissue contracts more than the tissue does: take a smaller posture.contraction, "
             "or less of the posture."
         )

@@ -295,7 +295,7 @@ def posture_gap(bodies: Bodies) -> Caution | None:
         return None
     return Caution(
         "posture_gap",
-        f"At the posture the folds are {now:.3g} mm apart where they are nearest, at rest {rest:.3g} mm.",
+        f"At the posture the folds are {now:.3g} mm apart in their middle plane, at rest {rest:.3g} mm.",
         "Is that meant? posture.contraction sets how much what holds the tissue contracts: near the tissue's "
         "own Poisson's ratio the gap stays.",
     )

@@ -185,6 +185,9 @@ class _Changer:
         return data
 
     def _list(self, old: tuple[Any, ...] | list[Any], change: _Node, path: Path) -> list[Any]:
+        if change.table and not all(str(key).isdecimal() for key in change.inner):
+            self._fail(f"{path_text(path)} is a table; must be a list: [[{path_text(path)}]] in a file.")
+            return []
         data = list(old)
         removed = set()
         for key, new in change.inner.items():

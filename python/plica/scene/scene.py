@@ -30,7 +30,7 @@ from plica.scene.parts import (
     Supports,
 )
 from plica.scene.posture import Posture
-from plica.scene.problems import describe
+from plica.scene.problems import describe, unknown_text
 from plica.scene.stepping import is_whole
 from plica.scene.tissue import Tissue
 from plica.scene.tissue_presets import by_name
@@ -198,7 +198,9 @@ class Scene(Part):
         """
         if name not in VOICES:
             shown = json.dumps(name, default=str)
-            raise SceneError(f"voice = {shown}; must be {one_of(VOICES)}.{nearest(str(name), VOICES, 0.3)}")
+            meant = {"man": "male", "woman": "female", "girl": "child", "boy": "child"}.get(str(name))
+            hint = f' Did you mean "{meant}"?' if meant else nearest(str(name), VOICES, 0.3)
+            raise SceneError(f"voice = {shown}; must be {one_of(VOICES)}.{hint}")
         return cls.load(voice_file(name))
 
     @classmethod
@@ -217,6 +219,11 @@ class Scene(Part):
             voice = cls.of_voice(name)
         except SceneError as error:
             raise SceneError(f"{where}: {error}") from None
+        tissue = data.get("tissue")
+        for layer, given in tissue.items() if isinstance(tissue, dict) else ():
+            partial = isinstance(given, dict) and not {"E", "nu"} <= given.keys() and "preset" not in given
+            if partial and layer not in voice.tissue and nearest(layer, voice.tissue, 0.6):
+                raise SceneError(f"{where}: {unknown_text(('tissue',), layer, list(voice.tissue))}")
         return changed(voice, data, where)
 
     def replace(self, changes: Mapping[str, Any]) -> Self:

@@ -134,5 +134,6 @@ def _check(tissue: Tissue, path: tuple[str, ...] = (), changed: dict[str, Any] |
         raise fail(
             "nu",
             tissue.nu,
-            f"must be < {bound:.4g} = 1 - 2 nu_fibre^2 E / E_fibre, for a positive definite stiffness.",
+            f"must be < {bound:.4g} = 1 - 2 nu_fibre^2 E / E_fibre, for a positive definite stiffness, with "
+            f"nu_fibre = {tissue.nu_fibre:g}, E = {tissue.E:g} Pa and E_fibre = {tissue.E_fibre:g} Pa.",
         )

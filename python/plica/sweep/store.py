@@ -363,12 +363,24 @@ def _save(draft: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
         np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
+def _first_value(table: list[list[float]], plan: Plan) -> tuple[str, str, str]:
+    """Key, old and new value where the values of the same keys first differ; else that they do."""
+    before = np.array(table, dtype=float)
+    if before.shape == plan.values.shape and (rows := np.argwhere(before != plan.values)).size:
+        case, column = rows[0]
+        key = plan.keys[column]
+        old, new = (f"{x[case, column]:.6g} {key.unit}".rstrip() for x in (before, plan.values))
+        return f"values: {key.key} of case {case}", old, new
+    return "values", "others", "these"
+
+
 def _require_same(directory: Path, plan: Plan) -> None:
     """Raise InvalidInput, with what differs, unless the directory's sweep is of this plan."""
     stored = read_plan(directory)
-    stored.pop("table")
+    table = stored.pop("table")
     changed = list(differences(stored, plan.record))
     if changed:
+        changed = [_first_value(table, plan) if one[0] == "values" else one for one in changed]
         shown = "; ".join(f"{key}: {old} before, {new} now" for key, old, new in changed[:3])
         more = f" and {len(changed) - 3} more" if len(changed) > 3 else ""
         raise InvalidInput(

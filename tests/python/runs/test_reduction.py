@@ -182,7 +182,7 @@ def test_a_basis_is_announced_when_it_is_made_and_not_before_it_is_refused(
 
 def test_a_basis_that_its_scene_could_not_use_is_not_made(phonating: plica.Scene, tmp_path: Path) -> None:
     finite = phonating.replace({"strain": "finite", "airflow.model": "viscous_slit"})
-    with pytest.raises(plica.InvalidInput, match=r"for this scene: reduction: must be left out.*--scene"):
+    with pytest.raises(plica.InvalidInput, match=r"cannot be reduced: reduction: must be left out.*--scene"):
         plica.reduce(finite, tmp_path / "basis.h5")
     assert not (tmp_path / "basis.h5").exists()
 

@@ -63,6 +63,15 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ('voice = "femal"', 'mine.toml: voice = "femal"; must be one of male, female, child. Did you mean'),
+        (
+            'voice = "male"\ntissue.covr.E = "3 kPa"',
+            'mine.toml: tissue.covr is not known. Did you mean "cover"?',
+        ),
+        (
+            'voice = "male"\n[mesh.folds.lesions]\nfold = "left"',
+            "mine.toml: mesh.folds.lesions is a table; must be a list: [[mesh.folds.lesions]]",
+        ),
+        ('voice = "woman"', 'Did you mean "female"?'),
         ("voice = 3", "mine.toml: voice = 3; must be"),
         ('voice = "male"\nwithout = "tract"', "mine.toml: without: must be a list of keys"),
         ('voice = "male"\nwithout = ["tracts"]', "mine.toml: tracts is not known"),

@@ -196,7 +196,9 @@ def test_a_changed_plan_is_refused_with_what_changed(plan: Plan, bar: plica.Scen
         "scene.time.duration: 0.004 before, 0.008 now": Plan.make(
             bar.replace({"time.duration": "8 ms"}), vary, waveforms=["kinetic_energy"]
         ),
-        "values: ": Plan.make(bar, {**vary, E: "10, 21 kPa"}, waveforms=["kinetic_energy"]),
+        f"values: {E} of case 1: 20000 Pa before, 21000 Pa now": Plan.make(
+            bar, {**vary, E: "10, 21 kPa"}, waveforms=["kinetic_energy"]
+        ),
         "cases: 10 before, 15 now": Plan.make(bar, {**vary, E: "1, 2, 3 kPa"}, waveforms=["kinetic_energy"]),
         "waveforms": Plan.make(bar, vary),
     }
