@@ -28,7 +28,7 @@ healthy = plica.Scene.of_voice("female").replace(
         "mesh.larynx": "coarse",
         "mesh.options.around": 24,
         "mesh.folds.gap": "0.25 mm",
-        "time": {"step": "100 us", "duration": "60 ms"},
+        "time": {"step": "100 us", "duration": "70 ms"},
     }
 )
 polyp = healthy.replace(
@@ -72,7 +72,7 @@ for name in names:
 
 figure, panels = plt.subplots(3, 2, sharex="col", sharey="row", figsize=(8, 6))
 for column, (name, run) in zip(panels.T, runs.items(), strict=True):
-    late = run.between("40 ms", None)
+    late = run.between("50 ms", None)
     sound = run.sound()
     time = np.arange(sound.pressure.size) / sound.rate
     heard = (time >= 0.05) & (time <= run.time[-1])

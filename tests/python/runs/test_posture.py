@@ -278,3 +278,15 @@ def test_a_posture_at_which_the_folds_cross_is_refused() -> None:
         SceneError, match=r"posture.contraction = 0.5: the folds are -0.1\d* mm apart .* smaller"
     ):
         plica.scene_mesh(scene)
+
+
+def test_folds_that_cross_near_their_ends_alone_are_refused() -> None:
+    """By mid-side nodes, and by less than 2 um."""
+    coarse = plica.Scene.of_voice("female").replace({"mesh.larynx": "coarse", "symmetry": None})
+    with pytest.raises(SceneError, match=r"the folds are -0.001\d* mm apart at y = -?5\.\d* mm .* smaller"):
+        plica.scene_mesh(coarse.replace({"posture": {"elongation": 0.12}}))
+    mesh = plica.scene_mesh(coarse.replace({"posture": {"elongation": 0.1}}))
+    airway = np.unique(mesh.surfaces["airway"])
+    rest, now = (np.asarray(points)[airway, 0] for points in (mesh.rest, mesh.points))
+    aside = np.abs(rest) > 1e-9
+    assert (np.sign(now[aside]) == np.sign(rest[aside])).all()
