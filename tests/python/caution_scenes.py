@@ -180,6 +180,7 @@ tissue.cover.viscosity = 0.14""",
     "initial_velocity": Given(LARYNX, "initial.opening_velocity = 1e-8"),
     "initial_displacement": Given(LARYNX, "initial.opening_displacement = 1e-10"),
     "gravity": Given(LARYNX, "gravity = [0, 0, -1]"),
+    "active_stress": Given(LARYNX, "posture.active_stress.body = 20"),
     "load": Given(LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, 0.5] }]'),
     "load_frequency": Given(
         LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, "5 Pa"], frequency = 0.2 }]'

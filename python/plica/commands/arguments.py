@@ -13,6 +13,7 @@ from typing import Any, NoReturn
 from plica.errors import InvalidInput, nearest, one_of
 
 __all__ = [
+    "Once",
     "Parser",
     "add_command",
     "add_pdf",
@@ -46,6 +47,17 @@ class Parser(argparse.ArgumentParser):
         text = _reworded(message)
         end = "" if text.endswith((".", "?")) else "."
         self.exit(2, f"{self.prog}: {text}{end} See {self.prog} --help.\n")
+
+
+class Once(argparse.Action):
+    """Stores the value of an option that may be given once."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: Any = None
+    ) -> None:
+        if getattr(namespace, self.dest) != self.default:
+            raise argparse.ArgumentError(self, "is given twice; must be given once")
+        setattr(namespace, self.dest, values)
 
 
 def _reworded(message: str) -> str:

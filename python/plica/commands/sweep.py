@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plica.commands.arguments import add_command, whole
+from plica.commands.arguments import Once, add_command, whole
 from plica.commands.output import print_error
 from plica.errors import InvalidInput
 
@@ -80,13 +80,20 @@ def add_commands(commands: Any) -> None:
     )
     part.add_argument(
         "--design",
+        action=Once,
         metavar="NAME",
         help="grid (default: all combinations), list, latin_hypercube, sobol or morris",
     )
     part.add_argument(
-        "--samples", metavar="N", type=int, help="of a design that is drawn: cases, points or paths"
+        "--samples",
+        action=Once,
+        metavar="N",
+        type=int,
+        help="of a design that is drawn: cases, points or paths",
     )
-    part.add_argument("--seed", metavar="N", type=int, help="of a design that is drawn (default: 1)")
+    part.add_argument(
+        "--seed", action=Once, metavar="N", type=int, help="of a design that is drawn (default: 1)"
+    )
     part.add_argument(
         "--waveforms", metavar="NAMES", type=_names, help="keep these of each case, e.g. flow,minimum_area"
     )

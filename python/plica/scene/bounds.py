@@ -229,6 +229,15 @@ BOUNDS: dict[str, Bound] = {
         "mucosa).",
         {"kPa": 1e3, "MPa": 1e6, "dyn/cm^2": 0.1},
     ),
+    "active_stress": Bound(
+        500.0,
+        2e5,
+        "Pa",
+        "Muscle of the larynx has",
+        "At most 105 kPa in the thyroarytenoid (Titze and Story, J. Acoust. Soc. Am. 112, 2002), twice that "
+        "with a margin; less than half a kilopascal is no more than the air presses with.",
+        {"kPa": 1e3, "MPa": 1e6, "dyn/cm^2": 0.1},
+    ),
     "load_frequency": Bound(
         1.0,
         1e4,

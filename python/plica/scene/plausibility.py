@@ -211,6 +211,8 @@ def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
         for k, lesion in enumerate(scene.mesh.folds.lesions if scene.mesh.folds else ()):
             if lesion.density is not None:
                 yield "tissue_density", f"mesh.folds.lesions[{k}].density", lesion.density
+    for layer, stress in scene.posture.active_stress.items() if scene.posture else ():
+        yield "active_stress", f"posture.active_stress.{layer}", stress
     if scene.gravity is not None:
         yield "gravity", "gravity", math.hypot(*scene.gravity)
     for k, load in enumerate(scene.loads):

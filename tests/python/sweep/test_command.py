@@ -107,6 +107,7 @@ def test_what_is_typed_wrongly_is_refused(
     [
         (["--vary", E], f"--vary: {E}; must be KEY=VALUES"),
         (["--workers", "0"], "--workers: 0; must be a whole number from 1"),
+        (["--design", "sobol", "--design", "morris"], "--design: is given twice; must be given once"),
     ],
 )
 def test_what_cannot_be_parsed_is_refused(

@@ -68,6 +68,7 @@ LARYNX_FIELDS = {
     "initial_velocity": "initial.velocity.cover = [0, {}, 0]",
     "initial_displacement": "initial.displacement.cover = [0, {}, 0]",
     "gravity": "gravity = [0, {}, 0]",
+    "active_stress": "posture.active_stress.body = {}",
     "load": 'loads = [{{ surface = "airway", traction = [0, {}, 0] }}]',
     "load_frequency": 'loads = [{{ surface = "airway", traction = [0, 9, 0], frequency = {} }}]',
 }
