@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from plica.errors import InvalidInput
 from plica.films.surface import skin
 from plica.measures.mesh_data import toward_right
+from plica.measures.run.cautions import cautions
 from plica.measures.run.folds import glottal_canal, rest_width
 from plica.measures.run.run_data import RunData
 from plica.report.page import render
@@ -64,12 +65,12 @@ def write_view(run: RunData, path: str | Path, *, phases: int | None = None, ove
     _require_page(path, overwrite)
     if phases is not None and (phases < least_phases or phases % 1):
         raise InvalidInput(f"View: phases = {phases}; must be a whole number >= {least_phases}.")
-    shown = phases_of(run)
+    shown, said = phases_of(run), [str(one) for one in cautions(run.whole)]
     most = most_phases if phases is None else phases
-    text = _page(run, shown.thinned(most))
+    text = _page(run, shown.thinned(most), said)
     while phases is None and len(text.encode()) > largest_page and most > least_phases:
         most = max(min(most, len(shown.frames)) * 3 // 4, least_phases)
-        text = _page(run, shown.thinned(most))
+        text = _page(run, shown.thinned(most), said)
     with storage_errors(path):
         return write_text(text, path)
 
@@ -83,7 +84,7 @@ def _require_page(path: Path, overwrite: bool) -> None:
     refuse_overwriting([path], overwrite)
 
 
-def _page(run: RunData, phases: Phases) -> str:
+def _page(run: RunData, phases: Phases, said: list[str]) -> str:
     name = Path(getattr(run.whole, "directory", "run")).resolve().name
     own = files("plica.viewer")
 
@@ -96,6 +97,7 @@ def _page(run: RunData, phases: Phases) -> str:
         running=name,
         remark=_remark(run, phases),
         banner=_banner(run.whole),
+        cautions=said,
         data=_data(run, phases),
         style=bare("vendor/uPlot.min.css"),
         licences=bare("vendor/licences.txt"),

@@ -8,6 +8,7 @@ import json
 import re
 import zlib
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +74,10 @@ def test_the_triangles_are_the_whole_skin_and_face_outwards(voice: plica.Run, tm
     assert enclosed == pytest.approx(volume, rel=1e-3)  # of divergence; curved faces are flat here
 
 
-def test_a_curved_face_is_shown_by_four_triangles_of_its_nodes(tmp_path: Path) -> None:
+def test_a_curved_face_is_shown_by_four_triangles_of_its_nodes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("plica.viewer.page.cautions", lambda _: ())  # these folds have no airway
     run = _moving(folds(order=2), [0.0, 1e-3, 2e-3])
     page = content(plica.write_view(run, tmp_path / "view.html"))
     faces = skin(np.asarray(run.mesh.points), np.asarray(run.mesh.cells))
@@ -206,6 +210,8 @@ def test_a_page_loads_nothing_and_has_the_licences(voice: plica.Run, tmp_path: P
     assert set(re.findall(r"https?://[^\s\"'`)<]+", text)) <= {"http://www.w3.org/1999/xhtml"}
     assert re.findall(r"<(?:link|img|iframe|script[^>]+src)", text) == []
     assert text.count("</script>") == 2
+    assert f"{len(voice.cautions)} caution" in text
+    assert all(one.seen in unescape(text) for one in voice.cautions)
     assert "Copyright © 2010-2026 three.js authors" in text
     assert "Copyright (c) 2022 Leon Sorokin" in text
 
