@@ -76,7 +76,7 @@ class Record(SphinxDirective):
 
 
 def _row(cells: list[Any]) -> str:
-    return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
+    return "| " + " | ".join("-" if cell is None else str(cell).replace("|", "\\|") for cell in cells) + " |"
 
 
 def _write(path: Path, columns: list[str], rows: list[list[Any]]) -> None:

@@ -12,16 +12,17 @@ from plica.errors import InvalidInput, SceneError
 from plica.runs.results import Run
 from plica.scene.problems import differences
 from plica.scene.scene import Scene
-from plica.storage.files import storage_errors
+from plica.storage.files import refuse_sweep, storage_errors
 
 __all__ = ["has_all", "holds_run", "require_mesh"]
 
 
 def holds_run(directory: Path) -> bool:
-    """Whether the directory has a run; raises InvalidInput if it is not a directory."""
+    """Whether the directory has a run; raises InvalidInput if it is not a directory, or one of a sweep."""
     if directory.exists() and not directory.is_dir():
         raise InvalidInput(f"{directory}: must be a directory; it is a file.")
     with storage_errors(directory, "read"):
+        refuse_sweep(directory)
         return (directory / "scene.toml").exists() or (directory / "results.h5").exists()
 
 

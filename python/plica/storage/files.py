@@ -17,6 +17,7 @@ __all__ = [
     "holds_nothing_but",
     "only_writer",
     "refuse_overwriting",
+    "refuse_sweep",
     "replaced",
     "require_file",
     "require_space",
@@ -25,6 +26,8 @@ __all__ = [
 ]
 
 LOCK = ".lock"
+PLAN = "plan.json"
+"""The file that makes a directory that of a sweep."""
 DRAFT = ".part"
 
 
@@ -115,6 +118,12 @@ def refuse_overwriting(paths: Sequence[Path], overwrite: bool) -> None:
             f"{', '.join(present)} would be overwritten; must not exist. Use another file name, or "
             "--overwrite (in Python overwrite=True)."
         )
+
+
+def refuse_sweep(directory: Path) -> None:
+    """Raises InvalidInput if the directory is that of a sweep, whose files others would replace."""
+    if (directory / PLAN).is_file():
+        raise InvalidInput(f"{directory}: holds a sweep; must be a directory of its own. Use another.")
 
 
 def require_space(path: Path, needed: int, hint: str = "") -> None:

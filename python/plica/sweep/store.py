@@ -21,7 +21,7 @@ from plica.errors import Damaged, InvalidInput, StorageFailed
 from plica.measures.catalogue import CATALOGUE
 from plica.measures.waveforms import STORED
 from plica.scene.problems import differences
-from plica.storage.files import replaced, storage_errors
+from plica.storage.files import PLAN, replaced, storage_errors
 from plica.storage.json_file import read_json, write_json
 from plica.storage.npz import read_npz
 from plica.sweep.case import STATISTICS, CaseResult, Status
@@ -46,7 +46,7 @@ __all__ = [
 ]
 
 CHUNK = 256
-PLAN, RESULTS, PENDING = "plan.json", "results.zarr", "pending"
+RESULTS, PENDING = "results.zarr", "pending"
 _NONE: Mapping[str, str] = {}
 STATUSES: tuple[Status, ...] = get_args(Status)
 _AGAIN = "Delete the directory and run the sweep again"

@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from plica.storage.files import refuse_sweep
 from plica.storage.hdf5 import put, set_text, write_image
 from plica.storage.stored import Stored
 from plica.video.errors import VideoError
@@ -158,6 +159,7 @@ class Results:
         VideoError where the results are of another recording, or of settings on which everything stands.
         """
         if not self.path.exists():
+            refuse_sweep(self.path.parent)
             return settings
         there = self._marks("recording", "settings", "segmenter")
         if not there["settings"]:

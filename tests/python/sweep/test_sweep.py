@@ -211,6 +211,15 @@ def test_a_changed_plan_is_refused_with_what_changed(plan: Plan, bar: plica.Scen
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_a_sweep_s_directory_takes_no_run(plan: Plan, bar: plica.Scene, tmp_path: Path) -> None:
+    sweep(plan, tmp_path, first=1, progress=False)
+    before = {path: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
+    for resume in (False, True):
+        with pytest.raises(plica.InvalidInput, match="holds a sweep; must be"):
+            plica.run(bar, tmp_path, resume=resume)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()} == before
+
+
 def test_a_second_driver_is_refused(plan: Plan, tmp_path: Path) -> None:
     with only_writer(tmp_path), pytest.raises(plica.InvalidInput, match="another process is writing"):
         sweep(plan, tmp_path, progress=False)
