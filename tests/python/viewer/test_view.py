@@ -74,10 +74,7 @@ def test_the_triangles_are_the_whole_skin_and_face_outwards(voice: plica.Run, tm
     assert enclosed == pytest.approx(volume, rel=1e-3)  # of divergence; curved faces are flat here
 
 
-def test_a_curved_face_is_shown_by_four_triangles_of_its_nodes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("plica.viewer.page.cautions", lambda _: ())  # these folds have no airway
+def test_a_curved_face_is_shown_by_four_triangles_of_its_nodes(tmp_path: Path) -> None:
     run = _moving(folds(order=2), [0.0, 1e-3, 2e-3])
     page = content(plica.write_view(run, tmp_path / "view.html"))
     faces = skin(np.asarray(run.mesh.points), np.asarray(run.mesh.cells))

@@ -159,8 +159,8 @@ def fold_length(run: RunData) -> float | None:
         None if there is neither an airflow nor a surface named airway.
     """
     major = np.asarray(run.section_major, dtype=float)
-    if major.size and len(run.time):
-        return 2.0 * float(major[int(np.argmin(rest_width(run)))])
+    if major.size and len(run.time) and (width := rest_width(run)).size:
+        return 2.0 * float(major[int(np.argmin(width))])
     surface = airway_faces(run)
     if surface is None:
         return None
