@@ -219,8 +219,8 @@ def schemes(shelf: Shelf) -> Plate | None:
             f"{kind}: rougher force {verdict_text(rougher)}, larger amplitude {verdict_text(larger)}"
         )
     steady = all(r is not None and r.run.status == "finished" for r in records.values())
-    verdicts.append("all four stable at 50 µs as published" if steady else "not all stable at 50 µs")
-    text = f"By the trapezoidal rule, {'; '.join(verdicts)}."
+    stable = "All four are stable at 50 µs as published." if steady else "Not all are stable at 50 µs."
+    text = f"By the trapezoidal rule, {'; '.join(verdicts)}. {stable}"
     return Plate(
         "fig12",
         "Figure 12: force at a node by time scheme",

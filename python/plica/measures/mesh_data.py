@@ -9,7 +9,9 @@ import numpy as np
 
 from plica.measures.record import Array
 
-__all__ = ["MeshData", "toward_right"]
+__all__ = ["MeshData", "flat_faces", "toward_right"]
+
+_FLAT = {3: ((0, 1, 2),), 6: ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))}  # of a face with nodes 12, 23, 31
 
 
 class MeshData(Protocol):
@@ -34,6 +36,12 @@ class MeshData(Protocol):
     @property
     def surfaces(self) -> Mapping[str, Array]:
         """Named boundary faces, (f, 3) or (f, 6) node numbers."""
+
+
+def flat_faces(faces: Array) -> Array:
+    """Triangles (f, 1 or 4, 3) between the nodes of faces (f, 3 or 6): a curved one has four, as it faces."""
+    faces = np.asarray(faces)
+    return faces[:, _FLAT[faces.shape[1]]]
 
 
 def toward_right(points: Array, cells: Array, side: Array) -> int:

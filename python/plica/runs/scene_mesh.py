@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, SolveFailed, nearest, one_of
 from plica.measures.contour import narrowest_gap
+from plica.measures.mesh_data import flat_faces
 from plica.runs.materials import materials_of
 from plica.scene.held import fixed_components
 from plica.scene.mesh.build import build_mesh
@@ -23,7 +24,6 @@ Floats = NDArray[np.float64]
 
 _MOST_STIFFENED = 6.0  # exponent; 400 times as stiff
 _LEAST_HELD = 0.9
-_QUARTERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))  # of a face of 6 nodes
 _PLANES = 40  # evenly apart, and as many through the nodes that are nearest to the other fold
 
 
@@ -92,14 +92,12 @@ def _require_open(scene: Scene, posture: Posture, mesh: _engine.TetMesh) -> None
     airway = mesh.surfaces.get("airway")
     if airway is None:
         return
-    faces = np.asarray(airway)
-    if faces.shape[1] == 6:  # its mid-side nodes may cross, too
-        faces = np.concatenate([faces[:, quarter] for quarter in _QUARTERS])
+    faces = flat_faces(airway).reshape(-1, 3)  # mid-side nodes may cross, too
     share = np.linspace(0.0, 1.0, _PLANES + 2)[1:-1]
     shapes = [np.asarray(points, dtype=float) for points in (mesh.rest, mesh.points)]
     nodes = np.unique(faces)
-    x = np.sign(shapes[0][nodes, 0]) * shapes[1][nodes, 0]
-    near = nodes[np.argsort(x)[:_PLANES]]
+    aside = nodes[np.abs(shapes[0][nodes, 0]) > 1e-9]  # m; not where both folds meet in front and behind
+    near = aside[np.argsort(np.sign(shapes[0][aside, 0]) * shapes[1][aside, 0])[:_PLANES]]
     places = [
         np.concatenate((y[nodes].min() + share * np.ptp(y[nodes]), y[near]))
         for y in (points[:, 1] for points in shapes)

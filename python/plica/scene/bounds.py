@@ -234,8 +234,9 @@ BOUNDS: dict[str, Bound] = {
         2e5,
         "Pa",
         "Muscle of the larynx has",
-        "At most 105 kPa in the thyroarytenoid (Titze and Story, J. Acoust. Soc. Am. 112, 2002), twice that "
-        "with a margin; less than half a kilopascal is no more than the air presses with.",
+        "Models of the thyroarytenoid have some 100 kPa at most (Titze and Story, J. Acoust. Soc. Am. 112, "
+        "2002, second hand), twice that with a margin; the air alone presses with more than half a "
+        "kilopascal.",
         {"kPa": 1e3, "MPa": 1e6, "dyn/cm^2": 0.1},
     ),
     "load_frequency": Bound(

@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from plica.errors import InvalidInput
 from plica.storage.files import refuse_sweep
 from plica.storage.hdf5 import put, set_text, write_image
 from plica.storage.stored import Stored
@@ -159,7 +160,10 @@ class Results:
         VideoError where the results are of another recording, or of settings on which everything stands.
         """
         if not self.path.exists():
-            refuse_sweep(self.path.parent)
+            try:
+                refuse_sweep(self.path.parent)
+            except InvalidInput as error:
+                raise VideoError(f"Video: {error}") from None
             return settings
         there = self._marks("recording", "settings", "segmenter")
         if not there["settings"]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
 from plica.films.surface import skin
-from plica.measures.mesh_data import toward_right
+from plica.measures.mesh_data import flat_faces, toward_right
 from plica.measures.run.cautions import cautions
 from plica.measures.run.folds import glottal_canal, rest_width
 from plica.measures.run.run_data import RunData
@@ -29,7 +29,6 @@ __all__ = ["largest_page", "most_phases", "write_view"]
 most_phases = 60
 largest_page = 4_000_000  # bytes
 _RIGHT = 2  # of the sides of cells
-_FLAT = {3: ((0, 1, 2),), 6: ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))}  # of a face with nodes 12, 23, 31
 
 
 def write_view(run: RunData, path: str | Path, *, phases: int | None = None, overwrite: bool = False) -> Path:
@@ -134,7 +133,7 @@ def _data(run: RunData, phases: Phases) -> dict[str, Any]:
     on_right = _on_right(faces, run) if sides else np.zeros(len(faces), dtype=bool)
     faces = np.concatenate((faces[~on_right], faces[on_right]))
     nodes, local = np.unique(faces, return_inverse=True)
-    triangles = local.reshape(faces.shape)[:, _FLAT[faces.shape[1]]].reshape(-1, 3)
+    triangles = flat_faces(local.reshape(faces.shape))
     motion, level = packed_motion(1e3 * displacements(run, phases.frames)[:, nodes])
     coloured = []
     for quantity in quantities(run, phases.frames, nodes.tolist()):
@@ -147,7 +146,7 @@ def _data(run: RunData, phases: Phases) -> dict[str, Any]:
         "nodes": int(nodes.size),
         "points": packed((1e3 * points[nodes]).astype(np.float32)),
         "triangles": packed(triangles.astype(np.uint32)),
-        "left": int((~on_right).sum()) * len(_FLAT[faces.shape[1]]),
+        "left": int((~on_right).sum()) * triangles.shape[1],
         "motion": motion,
         "level": level,
         "quantities": coloured,

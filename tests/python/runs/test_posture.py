@@ -280,8 +280,12 @@ def test_a_posture_at_which_the_folds_cross_is_refused() -> None:
         plica.scene_mesh(scene)
 
 
-def test_folds_that_cross_near_their_ends_alone_are_refused() -> None:
-    """By mid-side nodes, and by less than 2 um."""
+@pytest.mark.parametrize("planes", [2, 40])
+def test_folds_that_cross_near_their_ends_alone_are_refused(
+    planes: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By mid-side nodes, and by less than 2 um; planes through nodes find them where even ones do not."""
+    monkeypatch.setattr(scene_mesh, "_PLANES", planes)
     coarse = plica.Scene.of_voice("female").replace({"mesh.larynx": "coarse", "symmetry": None})
     with pytest.raises(SceneError, match=r"the folds are -0.001\d* mm apart at y = -?5\.\d* mm .* smaller"):
         plica.scene_mesh(coarse.replace({"posture": {"elongation": 0.12}}))

@@ -101,6 +101,10 @@ def test_another_recording_or_setting_needs_another_directory(movie: Path, tmp_p
         load(tmp_path)
     with pytest.raises(VideoError, match=r"has no results\.h5"):
         load(tmp_path / "none")
+    (tmp_path / "swept").mkdir()
+    (tmp_path / "swept" / "plan.json").write_text("{}")
+    with pytest.raises(VideoError, match="holds a sweep"):
+        analyse(movie, tmp_path / "swept", progress=False)
     done = analyse(movie, tmp_path / "a", until="glottis", progress=False)
     with pytest.raises(VideoError, match=r"preset is fast; must be video, as in the analysis in .*a,"):
         analyse(movie, tmp_path / "a", Settings(preset="fast"), progress=False)
