@@ -266,6 +266,15 @@ initial.velocity.cover = [0, 0, 1]""",
     ),
     "large_strain": Given(LARYNX, "without airflow\ninitial.opening_velocity = -8", also=("inverted_cells",)),
     "inverted_cells": Given(LARYNX, "without airflow\ninitial.opening_velocity = -2"),
+    "overlapping_folds": Given(
+        LARYNX,
+        """\
+without contact
+initial.opening_velocity = -2
+tissue.body.viscosity = 5
+tissue.ligament.viscosity = 5
+tissue.cover.viscosity = 5""",
+    ),
     "unconverged_coupling": Given(
         LARYNX, "airflow.coupling.iterated = { max_sweeps = 2, freeze_after = 1, tolerance = 1e-9 }"
     ),
