@@ -194,6 +194,16 @@ tissue.cover.viscosity = 0.14""",
         "posture.elongation = 0.1\ntissue.body.nu = 0.3\ntissue.ligament.nu = 0.3\ntissue.cover.nu = 0.3\n"
         'airflow.subglottal_pressure = "0.25 kPa"',
     ),
+    "unused_lesion": Given(
+        LARYNX,
+        """\
+without mesh.options
+mesh.larynx = "coarse"
+mesh.folds.lesions = [{ fold = "left", size = [5e-3, 2e-3, 1e-3], layers = ["cover"] }]
+airflow.subglottal_pressure = "0.2 kPa"
+initial.opening_velocity = "0.02 m/s"
+""",
+    ),
     "coarse_lesion": Given(
         LARYNX,
         """\

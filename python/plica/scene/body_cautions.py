@@ -18,6 +18,7 @@ from plica.measures.caution import Caution
 from plica.measures.contour import narrowest_gap, rest_contour
 from plica.scene.held import MeshArrays, fixed_components, places_at_rest
 from plica.scene.initial import initial_fields
+from plica.scene.lesion_cells import lesions_with_cells
 from plica.scene.mesh.folds import Folds
 from plica.scene.mesh.overlap import find_overlap
 from plica.scene.mesh.parts import Larynx, MeshFile
@@ -31,6 +32,7 @@ __all__ = ["CHECKS", "Bodies", "body_cautions"]
 _FREE_END = 0.5  # share of its area; of an end that is held, edges may be free
 _SAME_GAP = 0.2  # of that at rest
 _MUCH_OF_A_BUMP = 0.9  # that a node of the mesh has to have
+_FEW_CELLS = 2  # of whose tissue a lesion is no patch of its own
 _IN_PLANE = 1e-9  # of the mesh's extent
 _ACROSS = np.cos(np.pi / 4)  # of the angle between y and the normal of an end's faces
 
@@ -301,23 +303,46 @@ def posture_gap(bodies: Bodies) -> Caution | None:
     )
 
 
+def unused_lesion(bodies: Bodies) -> Caution | None:
+    """A lesion has the tissue around it and does not protrude: it changes nothing."""
+    folds = _folds(bodies.scene)
+    for k, lesion in enumerate(folds.lesions if folds else ()):
+        if not lesion.changes_tissue and not lesion.protrusion:
+            return Caution(
+                "unused_lesion",
+                f"mesh.folds.lesions[{k}] changes nothing: stiffness and viscosity are 1, density is that of "
+                "the tissue, protrusion is 0.",
+                "Give it one of these, or leave it out.",
+            )
+    return None
+
+
 def coarse_lesion(bodies: Bodies) -> Caution | None:
-    """What protrudes of a lesion falls between the nodes of the mesh: the airway has none near its top."""
+    """A lesion falls between the nodes of the mesh: none is near the top of what protrudes, or the tissue
+    that it changes is less than that of two cells."""
     folds = _folds(bodies.scene)
     if folds is None or not folds.lesions:
         return None
     nodes = np.unique(np.asarray(bodies.mesh.surfaces["airway"]))
     _, y, z = places_at_rest(bodies.mesh)[nodes].T
-    for k, lesion in enumerate(folds.lesions):
-        seen = float(lesion.bump(y, z, folds.middle_of(lesion)).max())
-        if seen < _MUCH_OF_A_BUMP * lesion.protrusion:
-            return Caution(
-                "coarse_lesion",
-                f"mesh.folds.lesions[{k}] protrudes by {1e3 * lesion.protrusion:.3g} mm, and at no node "
-                f"of the mesh by more than {1e3 * seen:.3g} mm.",
-                "Take more mesh lines around the airway, mesh.options.around, a smaller mesh.options.size, "
-                "or a larger lesion.",
+    for k, (lesion, cells, shares) in enumerate(lesions_with_cells(bodies.scene, bodies.mesh)):
+        top = float(lesion.bump(y, z, folds.middle_of(lesion)).max())
+        tissue = float(shares.sum())
+        if top < _MUCH_OF_A_BUMP * lesion.protrusion:
+            seen = (
+                f"protrudes by {1e3 * lesion.protrusion:.3g} mm, and at no node of the mesh by more than "
+                f"{1e3 * top:.3g} mm."
             )
+        elif lesion.changes_tissue and tissue < _FEW_CELLS:
+            seen = f"has the tissue of {tissue:.2g} cells of the mesh, in parts of {len(cells)}."
+        else:
+            continue
+        return Caution(
+            "coarse_lesion",
+            f"mesh.folds.lesions[{k}] {seen}",
+            "Take more mesh lines around the airway, mesh.options.around, a smaller mesh.options.size, "
+            "or a larger lesion.",
+        )
     return None
 
 
@@ -334,5 +359,6 @@ CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     wall_not_held,
     unused_stiffening,
     posture_gap,
+    unused_lesion,
     coarse_lesion,
 )

@@ -39,6 +39,31 @@ def test_a_preset_at_its_wall_gives_none(larynx: str, order: int) -> None:
     assert said_of(scene) == {}
 
 
+FOLDS = 'without mesh.options\nmesh.larynx = "coarse"\n'
+
+
+@pytest.mark.parametrize(
+    ("lesion", "name", "words"),
+    [
+        ("size = [5e-3, 2e-3, 1e-3]", "unused_lesion", "lesions[0] changes nothing: stiffness and viscosity"),
+        ("size = [5e-3, 2e-3, 1e-3], stiffness = 2", "", ""),
+        ("size = [5e-3, 2e-3, 1e-3], viscosity = 0.5", "", ""),
+        ("size = [5e-3, 2e-3, 1e-3], density = 1100", "", ""),
+        (
+            "size = [0.4e-3, 0.4e-3, 0.3e-3], stiffness = 2",
+            "coarse_lesion",
+            "has the tissue of 0.",
+        ),
+        ("size = [0.4e-3, 0.4e-3, 0.3e-3]", "unused_lesion", ""),
+    ],
+)
+def test_a_lesion_that_changes_nothing_or_few_cells_is_said(lesion: str, name: str, words: str) -> None:
+    found = said(f'{FOLDS}mesh.folds.lesions = [{{ fold = "left", {lesion} }}]')
+    assert list(found) == ([name] if name else [])
+    if name:
+        assert words in found[name].seen
+
+
 @pytest.mark.parametrize(
     ("changes", "name", "figure"),
     [
