@@ -189,6 +189,7 @@ tissue.cover.viscosity = 0.14""",
     "unused_stiffening": Given(
         LARYNX, 'tissue.cover.matrix_stiffening = 20\nairflow.subglottal_pressure = "0.25 kPa"'
     ),
+    "unused_friction": Given(LARYNX, 'symmetry = "quarter"\ncontact.friction = 0.3'),
     "posture_gap": Given(
         LARYNX,
         "posture.elongation = 0.1\ntissue.body.nu = 0.3\ntissue.ligament.nu = 0.3\ntissue.cover.nu = 0.3\n"

@@ -284,6 +284,20 @@ def unused_stiffening(bodies: Bodies) -> Caution | None:
     )
 
 
+def unused_friction(bodies: Bodies) -> Caution | None:
+    """Friction is given to the contact of a scene with a symmetry: mirror images do not slide along each
+    other, so that it does nothing."""
+    contact, symmetry = bodies.scene.contact, bodies.scene.symmetry
+    if contact is None or contact.friction is None or symmetry is None:
+        return None
+    return Caution(
+        "unused_friction",
+        f'contact.friction = {contact.friction:g} has no effect with symmetry = "{symmetry}": mirror images '
+        "do not slide along each other.",
+        "Leave it out; or leave symmetry out, where left and right differ.",
+    )
+
+
 def posture_gap(bodies: Bodies) -> Caution | None:
     """The posture makes the glottis more than a fifth narrower or wider than at rest, where it is narrowest
     in its middle plane: tissue that contracts less than what holds it fills the gap, tissue that contracts
@@ -358,6 +372,7 @@ CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     turned_airway,
     wall_not_held,
     unused_stiffening,
+    unused_friction,
     posture_gap,
     unused_lesion,
     coarse_lesion,

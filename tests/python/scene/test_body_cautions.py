@@ -65,6 +65,22 @@ def test_a_lesion_that_changes_nothing_or_few_cells_is_said(lesion: str, name: s
 
 
 @pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ('symmetry = "half"\ncontact.friction = 0.3', True),
+        ('symmetry = "quarter"\ncontact.friction = 0.3', True),
+        ('symmetry = "half"', False),
+        ("contact.friction = 0.3", False),
+    ],
+)
+def test_friction_between_mirror_images_is_said_to_do_nothing(changes: str, told: bool) -> None:
+    found = said(changes)
+    assert list(found) == (["unused_friction"] if told else [])
+    if told:
+        assert "contact.friction = 0.3 has no effect" in found["unused_friction"].seen
+
+
+@pytest.mark.parametrize(
     ("changes", "name", "figure"),
     [
         ("supports.fixed = []", "free_body", "it has 0 held"),
