@@ -195,6 +195,16 @@ tissue.cover.viscosity = 0.14""",
         "posture.elongation = 0.1\ntissue.body.nu = 0.3\ntissue.ligament.nu = 0.3\ntissue.cover.nu = 0.3\n"
         'airflow.subglottal_pressure = "0.25 kPa"',
     ),
+    "unused_gap": Given(
+        LARYNX,
+        """\
+without mesh.options
+mesh.larynx = "coarse"
+mesh.folds = { gap = "0.3 mm", left_gap = "0.3 mm", right_gap = "0.35 mm" }
+airflow.subglottal_pressure = "0.2 kPa"
+initial.opening_velocity = "0.02 m/s"
+""",
+    ),
     "unused_lesion": Given(
         LARYNX,
         """\

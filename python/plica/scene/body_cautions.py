@@ -5,6 +5,7 @@ Each function in `CHECKS` is one check and has the name of its caution; docs/cau
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -298,6 +299,23 @@ def unused_friction(bodies: Bodies) -> Caution | None:
     )
 
 
+def unused_gap(bodies: Bodies) -> Caution | None:
+    """A larynx has ``gap``, ``left_gap`` and ``right_gap``, which do not agree: both sides say how far apart
+    the folds are, and ``gap`` only how far outward the wall is."""
+    folds = _folds(bodies.scene)
+    if folds is None or folds.left_gap is None or folds.right_gap is None:
+        return None
+    both = folds.left_gap + folds.right_gap
+    if folds.gap == Folds.model_fields["gap"].default or math.isclose(folds.gap, both):
+        return None
+    return Caution(
+        "unused_gap",
+        f"mesh.folds.gap = {1e3 * folds.gap:.4g} mm only sets where the wall is: left_gap and right_gap hold "
+        f"the folds {1e3 * both:.4g} mm apart.",
+        "Leave gap out, or one of the sides, which then is half of gap.",
+    )
+
+
 def posture_gap(bodies: Bodies) -> Caution | None:
     """The posture makes the glottis more than a fifth narrower or wider than at rest, where it is narrowest
     in its middle plane: tissue that contracts less than what holds it fills the gap, tissue that contracts
@@ -373,6 +391,7 @@ CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     wall_not_held,
     unused_stiffening,
     unused_friction,
+    unused_gap,
     posture_gap,
     unused_lesion,
     coarse_lesion,

@@ -65,6 +65,24 @@ def test_a_lesion_that_changes_nothing_or_few_cells_is_said(lesion: str, name: s
 
 
 @pytest.mark.parametrize(
+    ("gaps", "told"),
+    [
+        ('gap = "0.3 mm", left_gap = "0.1 mm", right_gap = "0.3 mm"', True),
+        ('gap = "0.3 mm", left_gap = "0.1 mm", right_gap = "0.2 mm"', False),
+        ('gap = "0.3 mm", left_gap = "0.1 mm"', False),
+        ('left_gap = "0.1 mm", right_gap = "0.3 mm"', False),
+    ],
+)
+def test_a_gap_that_both_sides_overrule_is_said(gaps: str, told: bool) -> None:
+    found = said(f"{FOLDS}mesh.folds = {{ {gaps} }}")
+    assert list(found) == (["unused_gap"] if told else [])
+    if told:
+        seen = found["unused_gap"].seen
+        assert "gap = 0.3 mm only sets where the wall is" in seen
+        assert "0.4 mm apart" in seen
+
+
+@pytest.mark.parametrize(
     ("changes", "told"),
     [
         ('symmetry = "half"\ncontact.friction = 0.3', True),
