@@ -201,6 +201,10 @@ def _concluded(found: Sweep, options: argparse.Namespace) -> int:
     counts = found.counts
     if not options.quiet:
         print(f"{len(found)} cases: {', '.join(f'{n} {name}' for name, n in counts.items() if n)}")
+        if cautions := found.caution_counts:
+            doubted = int((found.columns["cautions"] > 0).sum())
+            named = ", ".join(f"{name} {n}" for name, n in cautions.items())
+            print(f"cautions: {doubted} of {len(found)} cases have some ({named}), which the report explains")
         print(f"table: {found.directory / 'cases.csv'}\nreport: {report}")
     lost = counts["refused"] + counts["failed"]
     if not lost:
