@@ -126,9 +126,13 @@ def _names(text: str) -> tuple[str, ...]:
 def _sweep(options: argparse.Namespace) -> int:
     from plica import sweep
     from plica.storage.files import only_writer
+    from plica.sweep.store import require_sweep
 
     if options.source.is_dir():
-        _refuse(options, (*_PLANNED, *_COMPUTED), f"{options.source} is the directory of a sweep")
+        require_sweep(options.source)
+        why = f"{options.source} is the directory of a sweep"
+        _refuse(options, _PLANNED, why)
+        _refuse(options, _COMPUTED, f"{why}. To compute, repeat the command that made it, with this")
         found = sweep.Sweep.load(options.source)
         if options.table:
             print(found.text(options.measures))

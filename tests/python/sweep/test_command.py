@@ -128,6 +128,7 @@ def test_a_directory_and_a_study_take_no_plan(
     assert main(["sweep", scene, "--vary", f"{E}=10kPa", "-o", out, "--quiet"]) == 0
     assert "--vary is given; must be left out" in refused(["sweep", out, "--vary", f"{E}=1kPa"], capsys)
     assert "-o is given; must be left out" in refused(["sweep", out, "-o", out], capsys)
+    assert "--retry is given; must be left out" in refused(["sweep", out, "--retry"], capsys)
     assert 'measure "flow"; must be one that the cases have' in refused(
         ["sweep", out, "--table", "--measures", "flow"], capsys
     )
