@@ -95,11 +95,15 @@ def _indices(sweep: Sweep, measures: tuple[str, ...]) -> tuple[list[Indices], li
 
 
 def _varied(sweep: Sweep, k: int) -> tuple[str, str, str, str, int]:
-    """Key, least and largest value (first and last word), unit, number of different values."""
+    """Key, ends of its range in the plan, unit, number of different values. Of values that are given the ends
+    are the least and the largest, of words the first and the last."""
     key, values = sweep.keys[k], sweep.values[:, k]
     if key in sweep.words:
         words = sweep.words[key]
         return key, words[0], words[-1], "", len(words)
     factor, unit = shown_unit(sweep.units[key])
-    low, high = (number(factor * float(end), 4) for end in (values.min(), values.max()))
+    ranges = dict(
+        zip([one for one in sweep.keys if one not in sweep.words], sweep.record["ranges"], strict=False)
+    )
+    low, high = (number(factor * float(end), 4) for end in ranges.get(key, (values.min(), values.max())))
     return key, low, high, typeset(unit or "1"), len(set(values))
