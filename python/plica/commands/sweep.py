@@ -59,6 +59,7 @@ examples:
   plica sweep sweeps/study --table                the cases and their main measures, also while it computes
   plica sweep sweeps/study --measures open_quotient,jitter        its files again, and the report of these
 
+voice.toml is a scene, such as one of this line: voice = "female"
 Needs pip install 'plica[sweep]'. In Python: plica.sweep.
 """
 _PLANNED = ("vary", "design", "samples", "seed", "waveforms", "keep")
