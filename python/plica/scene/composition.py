@@ -159,7 +159,7 @@ _OTHER_THAN_MULTIPLIERS = Choice(
 )
 
 _CONSISTENT = key("time.mass", "consistent", must='must be "lumped"')
-_EXPLICIT = key("time.scheme.central_differences", must="must be another scheme")
+_EXPLICIT = key("time.scheme.central_differences")
 _SYMMETRY, _POSTURE, _REDUCTION = key("symmetry"), key("posture"), key("reduction")
 _QUARTER = key("symmetry", "quarter", must='must be "half", or left out', hint="Front and back differ.")
 _MIRRORED_REDUCTION = Choice("reduction and symmetry", _mirrored_reduction)
@@ -250,10 +250,7 @@ COMBINATIONS = (
     Combination(
         "the tissue's stiffness changes with its motion, and a step finds its force and the flow in turns.",
         "construction",
-        each(
-            [_NITSCHE, _REDISTRIBUTED, _REDUCTION, _EXPLICIT, _NOT_ITERATED, _BERNOULLI, _EQUILIBRIUM],
-            [_STRAIN],
-        ),
+        each([_NITSCHE, _REDISTRIBUTED, _REDUCTION, _BERNOULLI, _EQUILIBRIUM], [_STRAIN]),
     ),
 )
 """In the order of the documentation: what physics forbids, then what could be built."""
