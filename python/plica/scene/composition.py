@@ -185,12 +185,8 @@ COMBINATIONS = (
     Combination(
         "a flow begins in still air.",
         "physics",
-        (
-            (_COURSE.saying("Let it rise (airflow.rise)."), _CLOSED),
-            *each([_AT_ONCE], [_SUPPLIED_FLOW, _CLOSED]),
-        ),
+        each([_AT_ONCE], [_SUPPLIED_FLOW, _CLOSED]),
     ),
-    Combination("the course says how the pressure rises.", "physics", ((_RISES, _COURSE.saying("")),)),
     Combination(
         "pressures at the folds follow their motion within the step; with those foretold it is not stable.",
         "physics",
