@@ -19,6 +19,7 @@ from picture_files import (
     B,
     cut_pages,
     deep,
+    encoded,
     frame,
     one_page_of_many,
     refused,
@@ -77,17 +78,8 @@ def two_sizes(path: Path) -> Path:
 
 
 def cut_matroska(path: Path) -> Path:
-    import av
-
-    whole, cut = path / "whole.mkv", path / "x.mkv"
-    with av.open(str(whole), "w") as container:
-        stream = container.add_stream("ffv1", rate=30)
-        stream.height, stream.width, stream.pix_fmt = *SHAPE, "gray"
-        for time in range(40):
-            for packet in stream.encode(av.VideoFrame.from_ndarray(frame(time), format="gray")):
-                container.mux(packet)
-        for packet in stream.encode():
-            container.mux(packet)
+    frames = np.stack([frame(time) for time in range(40)])
+    whole, cut = encoded(path / "whole.mkv", frames, "ffv1", "gray"), path / "x.mkv"
     assert Recording.open(whole).count == 40
     cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
     return cut
