@@ -187,6 +187,9 @@ SETTINGS: dict[str, tuple[list[str], str]] = {
         ["--mm-per-px", "1e300"],
         "mm_per_px = 1e+300 mm a pixel; must be in [1e-05, 10]",
     ),
+    "another preset": (["--preset", "fats"], 'preset = "fats"; must be one of robust'),
+    "another end": (["--anterior", "up"], 'anterior = "up"; must be one of upper, lower'),
+    "another side": (["--patient-left", "rihgt"], 'must be one of left, right. Did you mean "right"?'),
     "many modes": (["--modes", "100000"], "modes = 100000; must be at most 22 for 24 frames of 64 x 64 px"),
     "a mode too many": (["--modes", "23"], "modes = 23; must be at most 22"),
 }
