@@ -19,6 +19,7 @@ from benchmarks.harness.study import record
 from plica import _engine as engine
 from plica.scene.mesh.changed import changed_mesh
 from plica.verify.contact.airway import air_between
+from plica.verify.contact.statics import graded
 
 E, NU, RADIUS = 1e4, 0.3, 1.0
 FACES = ("nodes", "mortar")
@@ -38,17 +39,6 @@ class Case:
     edges: float  # of cells within a contact radius
     faces: str
     width: float = 0.1  # m, contact radius aimed at
-
-
-def graded(step: float, even_to: float, end: float, growth: float) -> np.ndarray:
-    """Places from 0 to `end`, a step apart to `even_to` and growing beyond."""
-    even = step * np.arange(np.ceil(even_to / step - 1e-9) + 1)
-    places = [even[-1]]
-    while places[-1] < end:
-        step *= growth
-        places.append(places[-1] + step)
-    stretch = (end - even[-1]) / (places[-1] - even[-1])
-    return np.concatenate([even, even[-1] + stretch * (np.array(places[1:]) - even[-1])])
 
 
 def body(case: Case, step: float, thick: float, radius: float, side: int) -> Any:

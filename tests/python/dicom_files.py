@@ -6,7 +6,6 @@ import io
 from pathlib import Path
 from typing import Any
 
-import av
 import numpy as np
 from PIL import Image
 from pydicom.dataset import Dataset, FileMetaDataset
@@ -21,6 +20,8 @@ from pydicom.uid import (
     VideoEndoscopicImageStorage,
     generate_uid,
 )
+
+from picture_files import encoded
 
 PATIENT = {"PatientName": "Müller^Änne", "PatientID": "4711-SECRET", "PatientBirthDate": "19610203"}
 STUDY = {
@@ -131,16 +132,7 @@ def rle(path: Path, frames: np.ndarray, **attributes: Any) -> Path:
 
 def bitstream(frames: np.ndarray, codec: str = "libx264", container: str = "mp4") -> bytes:
     """A video of grey or coloured frames."""
-    buffer = io.BytesIO()
-    with av.open(buffer, "w", format=container) as out:
-        stream = out.add_stream(codec, rate=25)
-        stream.height, stream.width = frames.shape[1:3]
-        stream.pix_fmt = "yuv420p"
-        for frame in frames:
-            kind = "rgb24" if frame.ndim == 3 else "gray"
-            out.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format=kind)))
-        out.mux(stream.encode())
-    return buffer.getvalue()
+    return bytes(encoded(io.BytesIO(), frames, codec, "yuv420p", container).getvalue())
 
 
 def video(path: Path, frames: np.ndarray, data: bytes, *, pieces: int = 1, **attributes: Any) -> Path:

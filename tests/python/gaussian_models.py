@@ -1,4 +1,4 @@
-"""Small linear Gaussian models, and the joint Gaussian of all their states as a second algorithm."""
+"""Small linear Gaussian models; the joint Gaussian of all their states is that of `plica verify`."""
 
 from __future__ import annotations
 
@@ -92,52 +92,3 @@ def chain_model(masses: int = 4, *, rows: int = 2, force: float = 0.1, noise: fl
         m0=np.zeros(n),
         P0=np.diag(spread**2),
     )
-
-
-def joint_moments(model: LinearGaussian, y: Array, f: Array) -> tuple[Array, Array]:
-    """Mean (N + 1, n) and covariance of z_0 ... z_N given y, by the precision of the joint Gaussian."""
-    frames, n = len(y), model.states
-    G, H = model.G, model.H
-    Gamma_v = np.diag(model.Gamma_v) if model.Gamma_v.ndim == 1 else model.Gamma_v
-    inverse = np.linalg.inv(model.Gamma_w)
-    J = np.zeros(((frames + 1) * n,) * 2)
-    h = np.zeros((frames + 1) * n)
-    J[:n, :n] += np.linalg.inv(model.P0)
-    h[:n] += np.linalg.solve(model.P0, model.m0)
-    for k in range(frames):
-        now, then = slice((k + 1) * n, (k + 2) * n), slice(k * n, (k + 1) * n)
-        J[now, now] += inverse
-        J[then, then] += G.T @ inverse @ G
-        J[now, then] -= inverse @ G
-        J[then, now] -= G.T @ inverse
-        h[now] += inverse @ f[k]
-        h[then] -= G.T @ inverse @ f[k]
-        seen = ~np.isnan(y[k])
-        weighted = np.linalg.solve(Gamma_v[np.ix_(seen, seen)], H[seen]).T
-        J[now, now] += weighted @ H[seen]
-        h[now] += weighted @ y[k, seen]
-    covariance = np.linalg.inv(J)
-    return (covariance @ h).reshape(frames + 1, n), covariance
-
-
-def joint_log_likelihood(model: LinearGaussian, y: Array, f: Array) -> float:
-    """log p(y) from the dense covariance of all observations."""
-    frames, n = len(y), model.states
-    mean, covariance = model.m0, model.P0
-    S = np.empty((frames, n, frames, n))
-    means = np.empty((frames, n))
-    for i in range(frames):
-        mean = model.G @ mean + f[i]
-        covariance = model.G @ covariance @ model.G.T + model.Gamma_w
-        means[i], block = mean, covariance
-        for j in range(i, frames):
-            S[j, :, i], S[i, :, j] = block, block.T
-            block = model.G @ block
-    H = np.kron(np.eye(frames), model.H)
-    Gamma_v = np.diag(model.Gamma_v) if model.Gamma_v.ndim == 1 else model.Gamma_v
-    seen = ~np.isnan(y.ravel())
-    of_y = (H @ S.reshape(frames * n, -1) @ H.T + np.kron(np.eye(frames), Gamma_v))[np.ix_(seen, seen)]
-    residual = (y - means @ model.H.T).ravel()[seen]
-    log_determinant = np.linalg.slogdet(of_y)[1]
-    square = residual @ np.linalg.solve(of_y, residual)
-    return float(-0.5 * (seen.sum() * np.log(2 * np.pi) + log_determinant + square))

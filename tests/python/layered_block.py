@@ -11,6 +11,7 @@ import plica
 from conftest import THESIS_TISSUE
 from plica import _engine
 from plica.identify import Forcing, MotionModel, Observation, Prior, SurfacePoints, TissueParameter
+from plica.identify.likelihood.flow_error import FlowError
 from plica.verify.identification.recorded import CAMERA, SIZE, STEP
 from plica.verify.identification.recorded import layered as layered_mesh
 
@@ -105,3 +106,19 @@ def one_number(log_sd: float, **changes: float) -> MotionModel:
     named = [TissueParameter(("cover.E",), Prior(changes.get("median", 1e3), log_sd))]
     flow = simulated(layered_model(named, np.ones((10, 12, 2))), np.random.default_rng(1), pressure=5.0)
     return layered_model(named, flow)
+
+
+def correlated_in_time(frames: int, seed: int) -> FlowError:
+    """An error of the flow of twelve points that is correlated in time, with gains of the points."""
+    rng = np.random.default_rng(seed)
+    return FlowError(
+        sd=rng.uniform(0.05, 0.2, 12),
+        by_frame=rng.uniform(0.8, 1.2, frames),
+        in_time=np.array([-0.4, 0.15]),
+        share=0.0,
+        length=1.0,
+        neighbours=np.full((12, 3), -1),
+        distances=np.ones((12, 12)),
+        motion=rng.normal(size=(frames, 12, 2)),
+        outliers=np.zeros((frames, 12), dtype=bool),
+    )

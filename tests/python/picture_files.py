@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 import zlib
 from pathlib import Path
@@ -24,6 +25,28 @@ def frame(time: float) -> np.ndarray:
 
 
 A, B = frame(0), frame(1)
+
+
+def encoded(
+    file: Path | io.BytesIO,
+    frames: np.ndarray,
+    codec: str,
+    pixels: str,
+    container: str | None = None,
+    **tags: str,
+) -> Any:
+    """A video of frames, grey (n, h, w) of 8 or 16 bits or coloured (n, h, w, 3), with these tags."""
+    import av
+
+    with av.open(str(file) if isinstance(file, Path) else file, "w", format=container) as made:
+        made.metadata.update(tags)
+        stream: Any = made.add_stream(codec, rate=30)
+        stream.height, stream.width, stream.pix_fmt = *frames.shape[1:3], pixels
+        kind = "rgb24" if frames.ndim == 4 else "gray16le" if frames.dtype == np.uint16 else "gray"
+        for picture in frames:
+            made.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format=kind)))
+        made.mux(stream.encode())
+    return file
 
 
 def stored(path: Path, picture: np.ndarray) -> Path:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from plica.commands.arguments import add_command, add_threads, as_options, numbers, whole
+from plica.commands.arguments import add_command, add_threads, as_options, number_or_text, numbers, whole
 
 __all__ = ["add_commands"]
 
@@ -50,13 +50,17 @@ def add_commands(commands: Any) -> None:
         "--fps", metavar="N", type=float, help="frames per second (default: as fields were stored)"
     )
     film.add_argument(
-        "--from", dest="start", metavar="TIME", type=_time, help='of the first frame, e.g. "20ms"'
+        "--from", dest="start", metavar="TIME", type=number_or_text, help='of the first frame, e.g. "20ms"'
     )
     film.add_argument(
-        "--to", dest="end", metavar="TIME", type=_time, help="no frame is later (default: the end)"
+        "--to", dest="end", metavar="TIME", type=number_or_text, help="no frame is later (default: the end)"
     )
     film.add_argument(
-        "--exposure", metavar="TIME", type=_time, default=0.0, help='e.g. "100us" (default: an instant)'
+        "--exposure",
+        metavar="TIME",
+        type=number_or_text,
+        default=0.0,
+        help='e.g. "100us" (default: an instant)',
     )
     film.add_argument(
         "--mm-per-px", metavar="MM", type=float, default=0.06, help="size of a pixel (default: 0.06)"
@@ -182,11 +186,3 @@ def _cut_frames(truth: Path) -> int:
     with Stored(truth) as file:
         glottis = file.rows("glottis")
         return sum(bool(k[[0, -1]].any() or k[:, [0, -1]].any()) for k in glottis)
-
-
-def _time(text: str) -> float | str:
-    """A time from the command line: a number in s, or a number with a unit."""
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plica.commands.arguments import add_command, add_threads, as_options
+from plica.commands.arguments import add_command, add_threads, as_options, number_or_text
 from plica.commands.output import print_error
 
 if TYPE_CHECKING:
@@ -81,15 +81,15 @@ def add_commands(commands: Any) -> None:
     part = add_command(commands, "onset", _onset, "onset pressure and frequency of phonation", _ONSET_HELP)
     part.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     part.add_argument("-o", "--output", dest="directory", metavar="DIR", type=Path, help="write files there")
-    part.add_argument("--from", dest="start", metavar="P", type=_plain, help="default: --to / 100")
-    part.add_argument("--to", dest="stop", metavar="P", type=_plain, help="default: 3 kPa")
-    part.add_argument("--at", metavar="P", type=_plain, help="only the growth at this pressure")
+    part.add_argument("--from", dest="start", metavar="P", type=number_or_text, help="default: --to / 100")
+    part.add_argument("--to", dest="stop", metavar="P", type=number_or_text, help="default: 3 kPa")
+    part.add_argument("--at", metavar="P", type=number_or_text, help="only the growth at this pressure")
     part.add_argument("--modes", metavar="N", type=int, help="of the tissue (default: 50)")
     part.add_argument("--zeta", metavar="R", type=float, help="damping ratio of every mode")
     part.add_argument("--loss-factor", metavar="R", type=float, help="of a constant, complex stiffness")
     part.add_argument("--offset", action="store_true", help="also where a voice dies, by time steps")
     part.add_argument(
-        "--fall", metavar="T", type=_plain, help="how long the slower fall takes (default: 4 s)"
+        "--fall", metavar="T", type=number_or_text, help="how long the slower fall takes (default: 4 s)"
     )
     _common(part)
 
@@ -98,14 +98,6 @@ def _common(part: argparse.ArgumentParser) -> None:
     part.add_argument("--overwrite", action="store_true", help="replace existing files")
     add_threads(part)
     part.add_argument("--quiet", action="store_true", help="print nothing but errors")
-
-
-def _plain(text: str) -> float | str:
-    """A number in SI, or a number with a unit."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _prepared(directory: Path | None, names: tuple[str, ...], overwrite: bool) -> None:

@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plica._engine import interpolated
+from plica._engine import interpolated, within_hull
 from plica.camera.pose import Camera
 from plica.camera.visible_faces import meet, refined, shapes
 from plica.films.motion import FilmableMesh
-from plica.films.outline import Hull
 from plica.films.raster import Raster, highest, rasterise
 from plica.films.surface import Surface, bulge, faces_of, rim, surface_of
 
-__all__ = ["Sight", "View"]
+__all__ = ["Hull", "Sight", "View"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[Any]
@@ -26,6 +25,31 @@ _FLAT = 0.1  # px, by which a flat triangle may lie off a curved face
 _DIVISIONS = (2, 12)  # of a curved face's sides
 _ROUND = 1e-6  # px
 _HIDDEN = 1e-3  # px: points behind another surface by less are visible
+
+
+class Hull:
+    """The convex hull of points (n, 2), column and row in px."""
+
+    def __init__(self, points: Floats) -> None:
+        from scipy.spatial import ConvexHull
+
+        self._sides: Floats = ConvexHull(points).equations  # a x + b y + c <= 0 inside
+
+    def holds(self, places: Floats) -> Mask:
+        """(p) whether places (p, 2) lie in it."""
+        return within_hull(self._sides, places)
+
+    def pixels(self, shape: tuple[int, int]) -> Mask:
+        """(h, w) pixels whose centres lie in it, row by row between its sides."""
+        a, b, c = self._sides.T
+        level = b * np.arange(shape[0])[:, None] + c
+        with np.errstate(divide="ignore", invalid="ignore"):
+            end = -level / a
+        right = np.where(a > 0, end, np.inf).min(axis=1)
+        left = np.where(a < 0, end, -np.inf).max(axis=1)
+        left[((a == 0) & (level > 0)).any(axis=1)] = np.inf  # above or below a level side
+        x = np.arange(shape[1])
+        return np.asarray((x >= left[:, None]) & (x <= right[:, None]))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ is the ellipse of half-axes (half_width, r_in); at z0, z1, z4 and z5 the circle.
 opening is what the airway's sections at all heights have in common, cut at P0.
 
 Paper D closes the ends by circular sectors of angles alpha_R, alpha_L and epsilon, which its text does not
-define; here the ellipse is complete, and `anterior_angles` and `posterior_angle` are computed in addition.
+define; here the ellipse is complete.
 """
 
 from __future__ import annotations
@@ -83,11 +83,6 @@ class CrossSection:
     def l_occ(self) -> float:
         """Hidden length at the posterior end."""
         return self.settings.metres("l_occ")
-
-    @property
-    def posterior_angle(self) -> float:
-        """Half-angle at O of the circular sector that P0 cuts off, rad: cos = 1 - l_occ / r_in."""
-        return float(np.arccos(1 - self.l_occ / self.r_in))
 
     @property
     def axes(self) -> Floats:
@@ -169,18 +164,6 @@ class CrossSection:
         """(k, 2) px: the edge of the opening, once around."""
         matrix, _ = self.picture
         return np.asarray((rays.direction * reach[:, None]) @ matrix.T + self.centre)
-
-    def anterior_angles(self, contour: Floats) -> tuple[float, float]:
-        """(left, right) rad: between the midline and the line from A to each fold's most lateral point.
-
-        contour (n, 2) px; left and right are the patient's.
-        """
-        x, y = self.inside(contour).T
-        left, right = int(np.argmin(x)), int(np.argmax(x))
-        return (
-            float(np.arctan2(max(-x[left], 0.0), self.r_in - y[left])),
-            float(np.arctan2(max(x[right], 0.0), self.r_in - y[right])),
-        )
 
     def asymmetry(self, contour: Floats) -> float:
         """(right - left) / (right + left) of the areas that a contour (n, 2) px has beside the midline."""

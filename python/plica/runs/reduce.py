@@ -13,7 +13,6 @@ from plica import _engine
 from plica.errors import InvalidInput, SceneError
 from plica.runs.basis_file import write_basis
 from plica.runs.build import build_simulation, contact_sides
-from plica.runs.full_run import stored_motion
 from plica.runs.results import Run
 from plica.runs.scene_mesh import scene_mesh
 from plica.scene.changes import changed
@@ -147,7 +146,7 @@ def _source(source: Run | Scene | str | Path) -> tuple[Run | None, Scene]:
 
 def _motion(scene: Scene, run: Run, mesh: _engine.TetMesh) -> NDArray[Any]:
     """The displacements (frames, n, 3) m of a full run; raises InvalidInput if it does not fit the scene."""
-    motion = stored_motion(run, mesh)
+    motion = _stored_motion(run, mesh)
     if not np.array_equal(fixed_components(run.scene, mesh), fixed_components(scene, mesh)):
         raise InvalidInput(f"{run.directory} has other fixed nodes; must have the scene's supports.")
     if run.scene.symmetry not in (None, scene.symmetry):
@@ -163,3 +162,27 @@ def _print_notice() -> None:
     import sys
 
     print("plica: computing the basis", file=sys.stderr, flush=True)
+
+
+def _stored_motion(run: Run, mesh: _engine.TetMesh) -> NDArray[np.float32]:
+    """The stored displacements (frames, n, 3) m of a run on this mesh.
+
+    Raises InvalidInput for a run that is itself reduced, not finished, without frames or on another mesh.
+    """
+    key = run.directory
+    if run.scene.reduction is not None:
+        raise InvalidInput(f"{key} is itself reduced; must be a run without reduction.")
+    if run.status != "finished":
+        raise InvalidInput(
+            f"{key} is {run.status} after {run.steps} of {run.steps_asked} steps; must be finished. Continue "
+            f"it with: plica run {run.directory / 'scene.toml'} -o {run.directory} --resume"
+        )
+    if not (np.array_equal(run.mesh.points, mesh.points) and np.array_equal(run.mesh.cells, mesh.cells)):
+        raise InvalidInput(
+            f"{key} is on another mesh, of {len(run.mesh.points)} nodes; must be on the scene's."
+        )
+    if not len(run.fields.get("displacement", ())):
+        raise InvalidInput(
+            f"{key} has no stored displacements; must have some steady cycles. Set its output.every."
+        )
+    return np.asarray(run.displacement)

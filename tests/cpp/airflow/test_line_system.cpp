@@ -80,29 +80,3 @@ TEST_CASE("the system has the impedance and the outflow of the line at any compl
       }
     }
 }
-
-TEST_CASE("a tube held at its far end has the impedance and the resonances of its waves") {
-  const double length = 0.2, area = 3e-4;
-  const TransmissionLine line(Tube{{length}, {area}, PressureSupply{}, {}, 0.0}, warm_air, "tube", 1e-3);
-  const auto [storage, rates, outflow] = line_system(line);
-  CHECK(outflow == Vector::Unit(storage.size(), storage.size() - 1));  // the flow of the last element
-  const std::complex<double> s(40.0, 2 * pi * 300);
-  Eigen::MatrixXcd matrix = -rates.cast<std::complex<double>>();
-  matrix.diagonal() += s * storage.cast<std::complex<double>>();
-  const Eigen::VectorXcd into = Eigen::VectorXcd::Unit(storage.size(), 0);
-  const std::complex<double> found = matrix.partialPivLu().solve(into)[0],
-                             expected = warm_air.density * warm_air.sound_speed / area *
-                                        std::tanh(s * length / warm_air.sound_speed);
-  CHECK(std::abs(found - expected) < 1e-4 * std::abs(expected));
-
-  const Eigen::MatrixXd scaled = storage.cwiseInverse().asDiagonal() * rates;
-  const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(scaled, false).eigenvalues();
-  for (const int k : {1, 2, 3}) {
-    const double frequency = (2 * k - 1) * warm_air.sound_speed / (4 * length),
-                 y = pi * frequency * 1e-3 / warm_air.sound_speed;
-    double nearest = 1e9;
-    for (const auto& value : values)
-      nearest = std::min(nearest, std::abs(value - std::complex<double>(0, 2 * pi * frequency * std::sin(y) / y)));
-    CHECK(nearest < 1e-8 * 2 * pi * frequency);
-  }
-}

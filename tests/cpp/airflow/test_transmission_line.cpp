@@ -128,20 +128,6 @@ TEST_CASE("friction in walls takes the energy of their ringing") {
   CHECK(work.lost == approx(rings * (1 - std::exp(-resistance * t / 21.0))).epsilon(5e-3));
 }
 
-TEST_CASE("a tube without losses keeps its energy") {
-  const TransmissionLine line(uniform(0.17, FlowSupply{}), gas, "tube");
-  LineStep step(line, 5e-5);
-  Vector state = line.steady(0.0, 0.0);
-  for (std::ptrdiff_t i = 0; i < 10; ++i) state[i] = 100;
-  const double before = line.energy(state);
-  LineWork work;
-  for (int i = 0; i < 2000; ++i) {
-    step.begin(state, 0, 0, 0);
-    state = step.end(0, &work);
-  }
-  CHECK(line.energy(state) == approx(before).epsilon(1e-11));
-}
-
 TEST_CASE("a uniform tube rings at odd quarters of c / L, with an error of second order") {
   const double L = 0.175;
   for (const int k : {1, 2, 3}) {

@@ -75,4 +75,7 @@ TEST_CASE("sizes and rows that do not belong together are refused") {
   Vector tile = Vector::Ones(64);
   sizes("tile", tile, [&] { periodic_spline(tile, 4, x, 3); });
   CHECK_THROWS_AS(periodic_spline(tile, 4, x, 2), InvalidInput);
+  Points lost = x;
+  lost(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS(periodic_spline(tile, 4, lost, 3), InvalidInput);
 }

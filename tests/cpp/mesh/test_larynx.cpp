@@ -34,22 +34,24 @@ TEST_CASE("the presets have the stated numbers of tetrahedra and nodes, all posi
   }
 }
 
-TEST_CASE("the larynx is conforming and its boundary closed") {
-  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
-  const Boundary hull = boundary_of(mesh.cells);
-  Eigen::Index single = 0;
-  bool conforming = true;
-  for (const auto& [face, uses] : test::face_uses(mesh.cells)) {
-    conforming &= uses <= 2;
-    single += uses == 1;
+TEST_CASE("the larynx is conforming and its boundary closed, in levels and triangulated") {
+  for (const Larynx& larynx : {Larynx::thesis_coarse(), Larynx::coarse()}) {
+    const TetMesh mesh = larynx_mesh(larynx);
+    const Boundary hull = boundary_of(mesh.cells);
+    Eigen::Index single = 0;
+    bool conforming = true;
+    for (const auto& [face, uses] : test::face_uses(mesh.cells)) {
+      conforming &= uses <= 2;
+      single += uses == 1;
+    }
+    CHECK(conforming);
+    // Airway and wall: two triangles to a quad; top and bottom likewise.
+    if (std::holds_alternative<Larynx::Levels>(larynx.meshed)) CHECK(single == 2 * 12 * (14 + 14 + 4 + 4));
+    CHECK(single == hull.faces.rows());
+    CHECK(test::area_vector(mesh.points, hull.faces).norm() < 1e-15);  // roundoff of 1e-3 m^2
+    CHECK(test::enclosed_volume(mesh.points, hull.faces) ==
+          approx(signed_volumes(mesh.points, mesh.cells).sum()).epsilon(1e-12));
   }
-  CHECK(conforming);
-  // Airway and wall: two triangles to a quad; top and bottom likewise.
-  CHECK(single == 2 * 12 * (14 + 14 + 4 + 4));
-  CHECK(single == hull.faces.rows());
-  CHECK(test::area_vector(mesh.points, hull.faces).norm() < 1e-15);  // roundoff of 1e-3 m^2
-  CHECK(test::enclosed_volume(mesh.points, hull.faces) ==
-        approx(signed_volumes(mesh.points, mesh.cells).sum()).epsilon(1e-12));
 }
 
 TEST_CASE("the airway volume tends to that of the ellipses, and the wall's is that of its polygon") {

@@ -113,22 +113,6 @@ TEST_CASE("the triangulated larynx is its own mirror image to the last bit, mid-
   }
 }
 
-TEST_CASE("the triangulated larynx is conforming and its boundary closed") {
-  const TetMesh mesh = larynx_mesh(Larynx::coarse());
-  const Boundary hull = boundary_of(mesh.cells);
-  Eigen::Index single = 0;
-  bool conforming = true;
-  for (const auto& [face, uses] : test::face_uses(mesh.cells)) {
-    conforming &= uses <= 2;
-    single += uses == 1;
-  }
-  CHECK(conforming);
-  CHECK(single == hull.faces.rows());
-  CHECK(test::area_vector(mesh.points, hull.faces).norm() < 1e-15);  // roundoff of 1e-3 m^2
-  CHECK(test::enclosed_volume(mesh.points, hull.faces) ==
-        approx(signed_volumes(mesh.points, mesh.cells).sum()).epsilon(1e-12));
-}
-
 TEST_CASE(
     "airway nodes lie on the ellipses and wall nodes on the cylinder, mid-side nodes too; heights are matched") {
   const Larynx larynx = Larynx::fine();

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import pytest
@@ -42,26 +41,6 @@ def test_a_mesh_format_that_does_not_exist_is_refused(
     assert "mesh.foo: must have the suffix of a mesh format, e.g. .vtu" in capsys.readouterr().err
 
 
-def test_an_occupied_directory_is_refused_with_a_way_out(
-    tmp_path: Path, bar: plica.Scene, capsys: pytest.CaptureFixture[str]
-) -> None:
-    bar.save(tmp_path / "s.toml")
-    plica.run(bar, tmp_path / "run", progress=False)
-    message = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
-    assert (
-        "already holds a run. Continue it with --resume (resume=True), or use another directory." in message
-    )
-
-
-def test_a_broken_result_file_is_refused(
-    tmp_path: Path, bar: plica.Scene, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "results.h5").write_text("nothing of the kind")
-    message = refused(["measures", str(tmp_path / "run")], capsys)
-    assert "results.h5: is not an HDF5 file; must be a result file of plica." in message
-
-
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
@@ -70,9 +49,12 @@ def test_a_broken_result_file_is_refused(
         (["run", "s.toml", "-o", "x", "--threads", "0"], "0; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "two"], "two; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "99999999999"], "must be a whole number from 1 to 1024."),
+        (["rnu"], "rnu; must be one of run, "),
         (["rnu"], 'Did you mean "run"? See plica --help.'),
         (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3. See plica run --help"),
         (["video", "x.avi", "-o", "x", "--nonsense"], "usage: plica video "),
+        (["video", "x.avi", "-o", "x", "--fps", "x"], "--fps: x; must be a number. See plica video --help"),
+        (["film", "x", "-o", "x", "--size", "10.5,3"], "10.5,3; must be 2 whole numbers separated by commas"),
         (["--nonsense", "info"], "unrecognized arguments: --nonsense. See plica --help."),
         ([], "required: COMMAND"),
     ],
@@ -116,22 +98,3 @@ def test_the_mark_at_the_head_of_a_file_is_no_key(tmp_path: Path, bar: plica.Sce
     path = tmp_path / "s.toml"
     path.write_bytes(b"\xef\xbb\xbf" + bar.text().encode())
     assert plica.Scene.load(path) == bar
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["rum"], 'rum; must be one of run, .* Did you mean "run"\\? See plica --help'),
-        (
-            ["video", "x.avi", "-o", "x", "--fps", "abc"],
-            "--fps: abc; must be a number. See plica video --help",
-        ),
-        (["film", "x", "-o", "x", "--size", "10.5,3"], "10.5,3; must be 2 whole numbers separated by commas"),
-    ],
-)
-def test_what_no_option_can_mean_says_what_it_must_be(
-    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit):
-        main(arguments)
-    assert re.search(message, capsys.readouterr().err)

@@ -6,8 +6,6 @@ import html
 import json
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import meshio
@@ -62,17 +60,6 @@ def test_quiet_is_quiet(scene_file: Path, tmp_path: Path, capsys: pytest.Capture
     assert main(["run", str(scene_file), "-o", str(tmp_path / "run"), "--quiet", "--threads", "1"]) == 0
     message = capsys.readouterr()
     assert message.out == message.err == ""
-
-
-@pytest.mark.slow
-def test_measures_and_report_can_be_recomputed(
-    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    plica.run(plica.Scene.load(scene_file), tmp_path / "run", progress=False)
-    assert main(["measures", str(tmp_path / "run")]) == 0
-    assert "duration" in capsys.readouterr().out
-    assert main(["report", str(tmp_path / "run")]) == 0
-    assert "<html" in (tmp_path / "run" / "report.html").read_text()
 
 
 @pytest.mark.parametrize(
@@ -367,10 +354,3 @@ def test_ctrl_c_in_a_run_says_how_to_continue_it(
     )
     assert main([*command, "--resume"]) == 0
     assert plica.Run.load(tmp_path / "run").steps == 40
-
-
-def test_the_command_is_a_module_too() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "plica.commands.main", "info"], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.startswith("plica")

@@ -36,19 +36,6 @@ def small(path: Path) -> plica.Scene:
     return plica.Scene(**{**dict(scene), "mesh": mesh, "time": time, "output": output})
 
 
-def test_there_is_an_example_of_each_kind() -> None:
-    assert {
-        "forced.toml",
-        "free_vibration.toml",
-        "normal_phonation.toml",
-        "own_folds.toml",
-        "own_mesh.toml",
-        "tension_asymmetry.toml",
-        "thesis.toml",
-        "thesis_b.toml",
-    } <= set(SCENES)
-
-
 @pytest.mark.parametrize("name", SCENES)
 def test_an_example_runs_at_small_size(name: str, tmp_path: Path) -> None:
     scene = small(copied_example(name, tmp_path))

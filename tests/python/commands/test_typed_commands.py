@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import av
 import numpy as np
 import pytest
 from PIL import Image
@@ -17,6 +16,7 @@ import benchmarks.__main__ as benchmarks
 import plica
 from conftest import MOVIE
 from flow_folds import folds
+from picture_files import encoded
 from plica.commands.main import _parser, main
 from plica.synthetic.glottis import SyntheticGlottis
 from typed_commands import FIRST_VOICE, ROOT, all_commands, help_commands, pages, python_blocks
@@ -206,7 +206,7 @@ def test_python_that_fits_a_larynx_to_a_frame_runs(tmp_path: Path, monkeypatch: 
 @pytest.mark.slow
 def test_python_that_analyses_a_recording_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    _record(Path("larynx.avi"))
+    encoded(Path("larynx.avi"), SyntheticGlottis(MOVIE).stack(), "rawvideo", "gray")
     names: dict[str, Any] = {}
     exec(compile(python_blocks("docs/python.md")[2], "python.md", "exec"), names)
     assert names["motion"].shape == (MOVIE.height, MOVIE.width, 2)
@@ -287,7 +287,7 @@ def test_commands_on_a_recording_go_as_they_are_shown(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    _record(Path("larynx.avi"))
+    encoded(Path("larynx.avi"), SyntheticGlottis(MOVIE).stack(), "rawvideo", "gray")
     for command in VIDEO_SESSION:
         if command == "plica compare before after":
             (tmp_path / "analysis").rename("after")
@@ -305,15 +305,6 @@ def test_commands_on_two_pictures_go_as_they_are_shown(
     for command in PICTURES:
         _typed(command)
         Path("ab.flo").unlink()
-
-
-def _record(path: Path) -> None:
-    with av.open(str(path), "w") as container:
-        stream: Any = container.add_stream("rawvideo", rate=25)
-        stream.width, stream.height, stream.pix_fmt = MOVIE.width, MOVIE.height, "gray"
-        for picture in SyntheticGlottis(MOVIE).stack():
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(_grey(picture), format="gray")))
-        container.mux(stream.encode(None))
 
 
 def _grey(picture: np.ndarray) -> np.ndarray:

@@ -11,8 +11,8 @@ from scipy import ndimage
 import plica
 from filmed_folds import PIXEL, FilmedFolds, folds, moved, shifted, voiced
 from plica.films.motion import Motion
-from plica.films.outline import Hull
 from plica.films.raster import rasterise
+from plica.films.sight import Hull
 from plica.films.surface import skin
 
 EVEN = {"ambient": 1.0, "highlights": 0.0, "vignetting": 0.0}  # brightness goes with the material

@@ -97,9 +97,6 @@ def test_the_asymmetry_is_that_of_the_areas() -> None:
     )
     quarters = np.array([[42.0, 30.0], [42.0, 110.0], [54.0, 110.0], [54.0, 30.0]])  # 3 px left, 9 right
     assert section.asymmetry(quarters) == pytest.approx(0.5, abs=1e-12)
-    assert section.anterior_angles(np.array([[42.0, 70.0], [45, 110], [54, 70], [45, 30]])) == pytest.approx(
-        (np.arctan(3 / 40), np.arctan(9 / 40))
-    )
 
 
 def _apart() -> Mask:

@@ -162,7 +162,6 @@ def test_a_hidden_end_is_added_to_the_visible_length() -> None:
     assert made.half_width == pytest.approx(section.half_width, abs=0.2e-3 * MM_PER_PX)
     assert made.commissures[1, 1] == pytest.approx(last, abs=1.0)
     assert made.commissures[2, 1] - made.commissures[1, 1] == pytest.approx(1.2 / MM_PER_PX)
-    assert np.cos(made.posterior_angle) == pytest.approx(1 - l_occ / made.r_in)
 
 
 def test_a_length_that_is_given_gives_the_pixels_size() -> None:

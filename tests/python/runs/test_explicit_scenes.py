@@ -52,21 +52,6 @@ def test_it_is_the_motion_that_hht_converges_to(phonating: plica.Scene) -> None:
         np.testing.assert_allclose(waves[name], expected[name], rtol=0, atol=2e-3 * largest, err_msg=name)
 
 
-@pytest.mark.parametrize("symmetry", ["half", "quarter"])
-def test_the_part_of_a_symmetric_scene_moves_as_the_whole(
-    phonating: plica.Scene, symmetry: str, tmp_path: Path
-) -> None:
-    scene = explicit(phonating, contact=None)
-    whole = plica.build_simulation(scene).advance(STEPS)
-    part = scene.replace({"symmetry": symmetry})
-    waves = plica.build_simulation(part).advance(STEPS)
-    for name in ("flow", "kinetic_energy", "elastic_energy", "flow_work", "viscous_loss"):
-        largest = np.abs(whole[name]).max()
-        np.testing.assert_allclose(waves[name], whole[name], rtol=0, atol=1e-9 * largest, err_msg=name)
-    run = plica.run(part, tmp_path / "run")
-    np.testing.assert_array_equal(run.waveforms["flow"], waves["flow"])
-
-
 def test_a_coupling_has_nothing_to_iterate(phonating: plica.Scene) -> None:
     found = [
         plica.build_simulation(

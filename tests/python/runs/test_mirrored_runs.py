@@ -11,7 +11,6 @@ from scipy.spatial import cKDTree
 
 import plica
 from mesh_parts import mirrored_larynx, write_fold
-from plica.runs.reduce import basis_of
 from plica.scene.symmetry import nearest_image
 
 STEPS = 40
@@ -49,27 +48,6 @@ def test_the_voice_of_a_cut_and_mirrored_larynx_is_that_of_the_larynx(
     points = [np.asarray(plica.build_mesh(mesh).points) for mesh in (scene.mesh, file)]
     number = cKDTree(points[1]).query(points[0])[1]
     assert relative(np.asarray(own.displacement)[number], built.displacement) < 1e-6
-
-
-def test_free_vibration_of_a_mirrored_larynx_is_that_of_the_larynx_to_round_off(
-    phonating: plica.Scene, tmp_path: Path
-) -> None:
-    scene = phonating.replace(
-        {
-            "supports": {"fixed": ["wall"]},
-            "airflow": None,
-            "contact": None,
-            "symmetry": "quarter",
-            "solver.tolerance": 1e-13,
-        }
-    )
-    assert isinstance(scene.mesh, plica.Larynx)
-    file = mirrored_larynx(scene.mesh, tmp_path / "part.vtu", "quarter", (-1, 1))
-    expected, found = (
-        plica.build_simulation(one).advance(STEPS) for one in (scene, scene.replace({"mesh": file}))
-    )
-    for name in ("elastic_energy", "kinetic_energy", "viscous_loss"):
-        assert relative(found[name], expected[name]) < 1e-13
 
 
 def folds(fields: dict[str, Any], mirror: str = "fold", symmetry: str | None = None) -> plica.Scene:
@@ -127,61 +105,6 @@ def test_folds_apart_have_the_same_voice_with_any_symmetry(mirror: str, tmp_path
     for other in found[1:]:
         assert relative(other["flow"], found[0]["flow"]) < 1e-4  # tolerances of solver, sweeps and contact
         assert relative(other["elastic_energy"], found[0]["elastic_energy"]) < 1e-5
-
-
-def test_a_quarter_is_the_fold_that_two_of_it_make(tmp_path: Path) -> None:
-    """Mirrored in y = 0 alone by hand, then as a fold."""
-    import meshio
-
-    fields = write_fold(tmp_path / "quarter.vtu", y=(0.0, 6.0), divisions=(4, 3, 8))
-    fields["surfaces"] |= {"ends": 14}
-    quarter = folds(fields, "quarter")
-    mesh = plica.build_mesh(quarter.mesh)
-    right = np.asarray(mesh.cell_side) == 2
-    used, cells = np.unique(np.asarray(mesh.cells)[right], return_inverse=True)
-    number = np.full(len(mesh.points), -1)
-    number[used] = np.arange(len(used))
-    labels = {11: "airway_right", 12: "lateral_right", 14: "ends_right"}
-    faces = {label: number[np.asarray(mesh.surfaces[name])] for label, name in labels.items()}
-    meshio.Mesh(
-        1e3 * np.asarray(mesh.points)[used],
-        [("tetra", cells.reshape(-1, 4)), *(("triangle", one) for one in faces.values())],
-        cell_data={
-            "label": [
-                np.asarray(mesh.cell_layer)[right] + 1,
-                *(np.full(len(one), label) for label, one in faces.items()),
-            ]
-        },
-    ).write(tmp_path / "fold.vtu")
-    fold = folds({**fields, "file": tmp_path / "fold.vtu"}, "fold", "quarter")
-    expected, found = (
-        plica.build_simulation(one).advance(STEPS) for one in (quarter.replace({"symmetry": "quarter"}), fold)
-    )
-    assert relative(found["flow"], expected["flow"]) < 1e-6
-    assert relative(found["elastic_energy"], expected["elastic_energy"]) < 1e-6
-
-
-@pytest.mark.parametrize("symmetry", SYMMETRIES)
-def test_the_basis_of_a_mirrored_larynx_is_that_of_the_larynx(
-    phonating: plica.Scene, symmetry: str | None, tmp_path: Path
-) -> None:
-    """Few sections: the responses to their pressures are then all in the basis."""
-    scene = phonating.replace(
-        {
-            "supports": {"fixed": ["wall"]},
-            "airflow.area.cut.sections": 12,
-            "symmetry": symmetry,
-            "initial.opening_velocity": 1.0,
-        }
-    )
-    assert isinstance(scene.mesh, plica.Larynx)
-    file = mirrored_larynx(scene.mesh, tmp_path / "part.vtu", "quarter")
-    found = []
-    for one in (scene, scene.replace({"mesh": file})):
-        mesh = plica.build_mesh(one.mesh)
-        basis = basis_of(one, mesh, modes=12, contact_vectors=8)
-        found.append(plica.build_simulation(one, mesh, basis=basis).advance(STEPS))
-    assert relative(found[1]["flow"], found[0]["flow"]) < 1e-9
 
 
 def test_folds_of_a_mirrored_mesh_are_pushed_outwards(tmp_path: Path) -> None:

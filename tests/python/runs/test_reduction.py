@@ -239,14 +239,6 @@ def test_static_responses_are_taken_in_the_combinations_that_hold_most_elastic_e
         assert held_energy(taken, K, responses) == pytest.approx(energies[-count:].sum(), rel=1e-7)
 
 
-def test_as_many_responses_to_pressures_are_taken_as_it_says(
-    phonating: plica.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    mesh = build_mesh(phonating.mesh)
-    monkeypatch.setattr("plica.runs.basis.PRESSURE_VECTORS", 5)
-    assert vectors(phonating, mesh, 3, 0).shape[1] == 3 + 5
-
-
 @pytest.mark.parametrize("mode", [0, 5])
 def test_a_damping_ratio_damps_every_mode_alike(bar: plica.Scene, tmp_path: Path, mode: int) -> None:
     """As the oscillator of the closed form, whatever the frequency and the viscosity of the tissue."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
-import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,7 @@ import numpy as np
 import pytest
 
 import plica
-from interrupted_runs import StopsAfter, assert_identical, kill_after, longer, start, steps_stored
+from interrupted_runs import StopsAfter, assert_identical, longer
 from plica import _engine
 from plica.commands.main import main
 from plica.runs import checkpoint
@@ -195,27 +193,6 @@ def test_a_full_disk_leaves_the_shorter_run_as_it_was(
         with pytest.raises(plica.StorageFailed, match=r"the results need .* or a shorter time\.duration\.$"):
             plica.run(longer(bar, 2), tmp_path / "run", progress=False, resume=True)
     assert files(tmp_path / "run") == before
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "factor"), [("bar", 20), ("phonating", 4)])
-def test_a_run_that_is_killed_while_it_continues_comes_to_identical_results(
-    name: str, factor: int, request: pytest.FixtureRequest, tmp_path: Path
-) -> None:
-    scene = longer(request.getfixturevalue(name), factor)
-    scene.save(tmp_path / "scene.toml")
-    plica.run(scene, tmp_path / "whole", progress=False)
-    seed = random.Random(name)
-    first = plica.run(request.getfixturevalue(name), tmp_path / "run", progress=False).steps
-    kills = 0
-    for _ in range(3):
-        process = start(tmp_path / "scene.toml", tmp_path / "run", "--resume")
-        more = seed.randrange(1, (scene.time.steps - first) // 6)
-        kills += kill_after(process, tmp_path / "run", steps_stored(tmp_path / "run") + more, signal.SIGKILL)
-        assert steps_stored(tmp_path / "run") >= first
-    assert kills == 3
-    plica.run(scene, tmp_path / "run", progress=False, resume=True)
-    assert_identical(tmp_path / "run", tmp_path / "whole")
 
 
 def test_a_checkpoint_of_a_run_that_is_gone_is_not_continued(

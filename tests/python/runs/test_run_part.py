@@ -154,13 +154,3 @@ def test_a_part_says_its_measures_cautions_and_waveforms_itself(
     assert np.array_equal(part["flow"], run["flow"][4:])
     with pytest.raises(plica.InvalidInput, match=r'"flwo".*Did you mean "flow"'):
         part["flwo"]
-
-
-def test_the_command_names_its_own_options(
-    bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    plica.run(bar, tmp_path / "run", progress=False)
-    assert main(["measures", str(tmp_path / "run"), "--from", "5 s"]) == 2
-    assert "--from = 5 s; must be in [0, 0.004] s" in capsys.readouterr().err
-    with pytest.raises(plica.InvalidInput, match=r"Run\.between: start = 5 s; must be in"):
-        plica.Run.load(tmp_path / "run").between("5 s")

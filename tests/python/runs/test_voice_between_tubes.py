@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import plica
-from interrupted_runs import assert_identical, kill_after, start
 from plica.report.run.page import sections
 from plica.report.run.reading import read
 from plica.runs.tubes import tract_formants
@@ -82,21 +81,6 @@ def test_formants_are_measures_of_the_run_and_of_its_parts(
     bare = plica.run(phonating, tmp_path / "run", progress=False)
     assert bare.vocal_tract is None
     assert not [name for name in bare.measures if "formant" in name or "corrected" in name]
-
-
-@pytest.mark.slow
-def test_a_killed_run_between_tubes_is_continued_to_the_bit(
-    phonating: plica.Scene, voiced: plica.Run, tmp_path: Path
-) -> None:
-    scene = tmp_path / "scene.toml"
-    phonating.replace(TUBES).save(scene)
-    directory = tmp_path / "killed"
-    killed = kill_after(start(scene, directory), directory, 1)
-    ended = start(scene, directory, "--resume")
-    assert ended.communicate() is not None
-    assert ended.returncode == 0
-    assert killed
-    assert_identical(directory, voiced.directory)
 
 
 def test_a_supplied_flow_is_the_mean_flow(phonating: plica.Scene, tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import av
 import numpy as np
 import pytest
 import tifffile
@@ -17,6 +16,7 @@ from benchmarks.extremes.good_files import mesh_file, picture_file, scene_file
 from camera_files import cine, mraw
 from dicom_files import dicom, jpeg, rle
 from flow_files import fields, flow_file
+from picture_files import encoded
 from plica.identify import Settings
 from plica.identify.model.pressures import _table
 from plica.identify.observation.sources import open_motion
@@ -67,14 +67,8 @@ def vectors(path: Path) -> Path:
     return path
 
 
-def mp4(path: Path) -> Path:
-    with av.open(str(path), "w") as made:
-        stream: Any = made.add_stream("mpeg4", rate=25)
-        stream.height, stream.width, stream.pix_fmt = *FRAMES.shape[1:], "yuv420p"
-        for frame in FRAMES:
-            made.mux(stream.encode(av.VideoFrame.from_ndarray(frame, "gray")))
-        made.mux(stream.encode())
-    return path
+def mp4(path: Path, **tags: str) -> Path:
+    return Path(encoded(path, FRAMES, "mpeg4", "yuv420p", **tags))
 
 
 def frames(path: Path) -> None:
@@ -138,14 +132,7 @@ def test_a_broken_file_is_read_or_refused_in_one_sentence(
 
 
 def test_names_that_are_no_text_do_not_matter(tmp_path: Path) -> None:
-    path = tmp_path / "a.mp4"
-    with av.open(str(path), "w") as made:
-        made.metadata["title"] = "abcdefgh"
-        stream: Any = made.add_stream("mpeg4", rate=25)
-        stream.height, stream.width, stream.pix_fmt = *FRAMES.shape[1:], "yuv420p"
-        for frame in FRAMES:
-            made.mux(stream.encode(av.VideoFrame.from_ndarray(frame, "gray")))
-        made.mux(stream.encode())
+    path = mp4(tmp_path / "a.mp4", title="abcdefgh")
     content = path.read_bytes()
     assert b"abcdefgh" in content
     path.write_bytes(content.replace(b"abcdefgh", b"abc\xedefgh"))

@@ -91,29 +91,6 @@ def test_the_report_draws_the_outline_on_the_frame_that_it_belongs_to(tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--fps", "-4000"], "fps = -4000 frames/s; must be > 0"),
-        (["--preset", "fats"], 'preset = "fats"; must be one of robust'),
-        (["--fps", "nan"], "fps = nan frames/s; must be > 0 and finite"),
-        (["--anterior", "up"], 'anterior = "up"; must be one of upper, lower'),
-        (["--patient-left", "rihgt"], 'must be one of left, right. Did you mean "right"?'),
-        (["--kymogram", "0.5,1.5"], "kymogram = 0.5, 1.5; must be places in [0, 1]"),
-        (["--masks", "nowhere"], "Masks: nowhere is no folder"),
-        (["--midline", "5,50,90,52"], "runs 89 degrees from the vertical"),
-        (["--region", "0,0,500,500"], "must lie within the frames of 97 x 95 px"),
-    ],
-)
-def test_a_bad_setting_ends_in_one_sentence(
-    arguments: list[str], said: str, movie: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["video", str(movie), "-o", str(tmp_path / "out"), "--quiet", *arguments]) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
-
-
-@pytest.mark.parametrize(
     ("masks", "said"),
     [
         ({66: np.zeros((95, 97), bool)}, r"mask of frame 66; must be of a frame in \[0, 65\]"),

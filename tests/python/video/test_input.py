@@ -19,6 +19,7 @@ from picture_files import (
     B,
     cut_pages,
     deep,
+    encoded,
     frame,
     one_page_of_many,
     refused,
@@ -77,17 +78,8 @@ def two_sizes(path: Path) -> Path:
 
 
 def cut_matroska(path: Path) -> Path:
-    import av
-
-    whole, cut = path / "whole.mkv", path / "x.mkv"
-    with av.open(str(whole), "w") as container:
-        stream = container.add_stream("ffv1", rate=30)
-        stream.height, stream.width, stream.pix_fmt = *SHAPE, "gray"
-        for time in range(40):
-            for packet in stream.encode(av.VideoFrame.from_ndarray(frame(time), format="gray")):
-                container.mux(packet)
-        for packet in stream.encode():
-            container.mux(packet)
+    frames = np.stack([frame(time) for time in range(40)])
+    whole, cut = encoded(path / "whole.mkv", frames, "ffv1", "gray"), path / "x.mkv"
     assert Recording.open(whole).count == 40
     cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
     return cut
@@ -195,6 +187,9 @@ SETTINGS: dict[str, tuple[list[str], str]] = {
         ["--mm-per-px", "1e300"],
         "mm_per_px = 1e+300 mm a pixel; must be in [1e-05, 10]",
     ),
+    "another preset": (["--preset", "fats"], 'preset = "fats"; must be one of robust'),
+    "another end": (["--anterior", "up"], 'anterior = "up"; must be one of upper, lower'),
+    "another side": (["--patient-left", "rihgt"], 'must be one of left, right. Did you mean "right"?'),
     "many modes": (["--modes", "100000"], "modes = 100000; must be at most 22 for 24 frames of 64 x 64 px"),
     "a mode too many": (["--modes", "23"], "modes = 23; must be at most 22"),
 }

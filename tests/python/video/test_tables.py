@@ -148,12 +148,3 @@ def test_a_part_may_begin_with_the_first_frame(tmp_path: Path) -> None:
     part = ["--from", "0", "--to", "79", "--no-drift", "--quiet"]
     assert main(["glottis", str(tmp_path / "a.npy"), *part, "-o", str(tmp_path / "out")]) == 0
     assert load(tmp_path / "out").count == 80
-
-
-def test_recordings_of_one_name_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for folder in ("one", "two"):
-        (tmp_path / folder).mkdir()
-        np.save(tmp_path / folder / "film.npy", _GLOTTIS.stack()[:4])
-    sources = [str(tmp_path / folder / "film.npy") for folder in ("one", "two")]
-    assert main(["glottis", *sources, "-o", str(tmp_path / "out")]) == 2
-    assert "must be the only recording called film.npy" in capsys.readouterr().err

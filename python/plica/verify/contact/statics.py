@@ -16,7 +16,7 @@ from plica.verify.bodies.body import Body
 from plica.verify.case import Case, Check, worst, zero
 from plica.verify.contact.airway import air_between
 
-__all__ = ["CASES"]
+__all__ = ["CASES", "graded"]
 
 Array = NDArray[np.float64]
 

@@ -20,18 +20,27 @@ STEP, ALPHA, MASSES = 5e-5, -0.3, 5
 UNITS = np.repeat([1e-6, 1e-2, 1e2], MASSES)  # m, m/s, m/s^2
 
 
-def direct_step(M: Array, C: Array, K: Array, z: Array, forces: Array) -> Array:
-    """u, v, a by Newmark's two equations and the balance of forces at n + 1 + alpha, solved together."""
-    h, beta, gamma, one = STEP, (1 - ALPHA) ** 2 / 4, 0.5 - ALPHA, 1 + ALPHA
-    u, v, a = z.reshape(3, MASSES)
-    unit, zero = np.eye(MASSES), np.zeros((MASSES, MASSES))
+def direct_step(matrices: tuple[Array, ...], z: Array, forces: Array, h: float, alpha: float) -> Array:
+    """u1, v1, a1 by the nine equations of a step at once: Newmark's two and the balance of forces."""
+    M, C, K = matrices
+    m = len(M)
+    beta, gamma, one = (1 - alpha) ** 2 / 4, 0.5 - alpha, 1 + alpha
+    u, v, a = z.reshape(3, m)
+    unit, zero = np.eye(m), np.zeros((m, m))
     left = np.block(
         [[unit, zero, -beta * h**2 * unit], [zero, unit, -gamma * h * unit], [one * K, one * C, M]]
     )
-    balance = one * forces[1] - ALPHA * forces[0] + ALPHA * (C @ v + K @ u)
-    right = np.concatenate([u + h * v + h**2 * (0.5 - beta) * a, v + (1 - gamma) * h * a, balance])
-    row = np.repeat([1e-6, 1e-2, 1e-2], MASSES)
-    return np.asarray(np.linalg.solve(left * UNITS / row[:, None], right / row) * UNITS)
+    right = np.concatenate(
+        [
+            u + h * v + h**2 * (0.5 - beta) * a,
+            v + (1 - gamma) * h * a,
+            one * forces[1] - alpha * forces[0] + alpha * (C @ v + K @ u),
+        ]
+    )
+    row = np.repeat([1e-6, 1e-2, 1e-2], m)  # the rows in units of their own
+    column = np.repeat([1e-6, 1e-2, 1e2], m)
+    scaled: Array = np.linalg.solve(left * column / row[:, None], right / row) * column
+    return scaled
 
 
 def direct() -> Iterator[Check]:
@@ -42,7 +51,7 @@ def direct() -> Iterator[Check]:
     made = hht_evolution(M, C, K, STEP, alpha=ALPHA)
     rng = np.random.default_rng(1)
     z, forces = UNITS * rng.standard_normal(3 * MASSES), 1e-2 * rng.standard_normal((2, MASSES))
-    exact = direct_step(M, C, K, z, forces) / UNITS
+    exact = direct_step((M, C, K), z, forces, STEP, ALPHA) / UNITS
     stepped = (made.G @ z + made.input(forces)[0]) / UNITS
     k = int(np.argmax(np.abs(stepped - exact)))
     yield Check(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from layered_block import drive, layered_model, simulated, whole
+from layered_block import correlated_in_time, drive, layered_model, simulated, whole
 from plica.errors import InvalidInput
 from plica.identify import MarginalLikelihood, Noise, estimate
 from plica.identify.likelihood import input_space
@@ -73,25 +73,9 @@ def test_of_stated_errors_ratios_count_and_their_size_beside_pressures_before_th
     assert stated == pytest.approx(value(flow, 0.1), rel=1e-12)
 
 
-def learned(frames: int) -> FlowError:
-    """An error that is correlated in time, with gains of the points."""
-    rng = np.random.default_rng(5)
-    return FlowError(
-        sd=rng.uniform(0.05, 0.2, 12),
-        by_frame=rng.uniform(0.8, 1.2, frames),
-        in_time=np.array([-0.4, 0.15]),
-        share=0.0,
-        length=1.0,
-        neighbours=np.full((12, 3), -1),
-        distances=np.ones((12, 12)),
-        motion=rng.normal(size=(frames, 12, 2)),
-        outliers=np.zeros((frames, 12), dtype=bool),
-    )
-
-
 def test_a_recording_from_rest_has_nothing_before_it_whatever_its_error_is_like() -> None:
     flow = simulated(layered_model(NAMES, np.ones((FRAMES, 12, 2))), np.random.default_rng(3))
-    inputs = MarginalLikelihood(layered_model(NAMES, flow), None, learned(FRAMES)).inputs
+    inputs = MarginalLikelihood(layered_model(NAMES, flow), None, correlated_in_time(FRAMES, 5)).inputs
     assert inputs.before.start == inputs.before.stop
     assert inputs.classes[0] == 2 * FRAMES
 
@@ -106,7 +90,7 @@ def test_a_start_that_explains_all_that_is_seen_is_refused() -> None:
         MarginalLikelihood(layered_model(NAMES, flow))
 
 
-@pytest.mark.parametrize("error", [None, learned(FRAMES)])
+@pytest.mark.parametrize("error", [None, correlated_in_time(FRAMES, 5)])
 @pytest.mark.parametrize("noise", [None, NOISE])
 def test_its_gradient_is_a_central_difference(noise: Noise | None, error: FlowError | None) -> None:
     likelihood, x = begun_late(noise)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 import plica
 from benchmarks.identification.calibration import Drawn
-from layered_block import SIZE, layered_model, one_number, shown, simulated
+from layered_block import SIZE, correlated_in_time, layered_model, one_number, shown, simulated
 from plica.identify import (
     Evaluation,
     Iteration,
@@ -29,7 +29,6 @@ from plica.identify import (
 from plica.identify.estimator.estimate import estimate_and_evaluation
 from plica.identify.estimator.starts import start_points
 from plica.identify.estimator.wording import started
-from plica.identify.likelihood.flow_error import FlowError
 from plica.identify.settings import MOST_STARTS
 
 FRAMES = 12
@@ -277,17 +276,7 @@ def test_the_first_frames_alone_are_those_before_missing_ones(frames: int) -> No
     sd = rng.uniform(0.05, 0.2, (FRAMES, 12, 2))
     flow = simulated(layered_model(names, np.ones((FRAMES, 12, 2))), rng)
     model = layered_model(names, flow, sd=sd, gain_sd=0.5)
-    error = FlowError(
-        sd=rng.uniform(0.05, 0.2, 12),
-        by_frame=rng.uniform(0.8, 1.2, FRAMES),
-        in_time=np.array([-0.4, 0.15]),
-        share=0.0,
-        length=1.0,
-        neighbours=np.full((12, 3), -1),
-        distances=np.ones((12, 12)),
-        motion=rng.normal(size=(FRAMES, 12, 2)),
-        outliers=rng.uniform(size=(FRAMES, 12)) < 0.1,
-    )
+    error = replace(correlated_in_time(FRAMES, 3), outliers=rng.uniform(size=(FRAMES, 12)) < 0.1)
     cut = np.array(flow)
     cut[frames:] = np.nan
     for own in (None, error):
@@ -303,19 +292,8 @@ def test_the_first_frames_alone_are_those_before_missing_ones(frames: int) -> No
 def test_a_part_shorter_than_the_lags_of_the_flows_error_is_refused() -> None:
     model = one_number(1.0)
     frames = model.observation.frames
-    error = FlowError(
-        sd=np.full(12, 0.1),
-        by_frame=np.ones(frames),
-        in_time=np.array([-0.4, 0.15]),
-        share=0.0,
-        length=1.0,
-        neighbours=np.full((12, 3), -1),
-        distances=np.ones((12, 12)),
-        motion=np.ones((frames, 12, 2)),
-        outliers=np.zeros((frames, 12), dtype=bool),
-    )
     with pytest.raises(plica.errors.InvalidInput, match="lags"):
-        MarginalLikelihood(model, flow_error=error).of_first(2 / frames)
+        MarginalLikelihood(model, flow_error=correlated_in_time(frames, 3)).of_first(2 / frames)
 
 
 @pytest.mark.parametrize("share", [0.0, -0.5, 1.1, math.nan])

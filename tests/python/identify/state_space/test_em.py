@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import plica
-from gaussian_models import chain, draw, joint_moments, random_model, with_gaps
+from gaussian_models import chain, draw, random_model, with_gaps
 from plica.identify import LinearGaussian, PatternNoise, em, kalman_filter, structured_em
 from plica.identify.state_space.evolution import hht_evolution
 from plica.identify.state_space.moments import expected_moments
 from plica.identify.state_space.structured_em import expected_objective
+from plica.verify.identification.gaussian import joint_moments
 
 ESTIMATES: list[tuple[str, ...]] = [
     ("Gamma_w",),

@@ -20,33 +20,9 @@ from plica.identify import (
     scene_matrices,
     smooth,
 )
+from plica.verify.identification.evolution import direct_step
 
 ALPHAS = [0.0, -0.05, -0.3, -1 / 3]
-
-
-def direct_step(
-    matrices: tuple[np.ndarray, ...], z: np.ndarray, forces: np.ndarray, h: float, alpha: float
-) -> np.ndarray:
-    """u1, v1, a1 by the nine equations of a step at once: Newmark's two and the balance of forces."""
-    M, C, K = matrices
-    m = len(M)
-    beta, gamma, one = (1 - alpha) ** 2 / 4, 0.5 - alpha, 1 + alpha
-    u, v, a = z.reshape(3, m)
-    unit, zero = np.eye(m), np.zeros((m, m))
-    left = np.block(
-        [[unit, zero, -beta * h**2 * unit], [zero, unit, -gamma * h * unit], [one * K, one * C, M]]
-    )
-    right = np.concatenate(
-        [
-            u + h * v + h**2 * (0.5 - beta) * a,
-            v + (1 - gamma) * h * a,
-            one * forces[1] - alpha * forces[0] + alpha * (C @ v + K @ u),
-        ]
-    )
-    row = np.repeat([1e-6, 1e-2, 1e-2], m)  # the rows in units of their own
-    column = np.repeat([1e-6, 1e-2, 1e2], m)
-    scaled: np.ndarray = np.linalg.solve(left * column / row[:, None], right / row) * column
-    return scaled
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)

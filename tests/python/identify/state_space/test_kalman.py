@@ -13,11 +13,11 @@ import plica
 from gaussian_models import (
     chain_model,
     draw,
-    joint_log_likelihood,
     random_model,
     with_gaps,
 )
 from plica.identify import LinearGaussian, PatternNoise, compose, kalman_filter, log_likelihood
+from plica.verify.identification.gaussian import joint_log_likelihood
 
 SHAPES = [(4, 2), (3, 7), (5, 5), (6, 1)]
 

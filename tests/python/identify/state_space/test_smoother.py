@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaussian_models import chain_model, draw, joint_moments, random_model, with_gaps
+from gaussian_models import chain_model, draw, random_model, with_gaps
 from plica.identify import PatternNoise, kalman_filter, smooth
+from plica.verify.identification.gaussian import joint_moments
 
 
 @pytest.mark.parametrize(("states", "rows"), [(4, 2), (3, 7), (5, 5), (6, 1)])

@@ -12,6 +12,7 @@ from PIL import Image
 from scipy import ndimage
 
 import plica
+from picture_files import encoded
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.errors import VideoError
 from plica.video.files.recording import Recording, Region
@@ -22,21 +23,6 @@ def movie(frames: int = 6, height: int = 32, width: int = 48) -> np.ndarray:
     y, x = np.mgrid[0:height, 0:width]
     t = np.arange(frames)[:, None, None]
     return (127 + 100 * np.sin(0.2 * x + 0.3 * t) * np.cos(0.15 * y)).astype(np.uint8)
-
-
-def encode(path: Path, frames: np.ndarray, codec: str, pixels: str) -> Path:
-    import av
-
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream(codec, rate=30)
-        stream.height, stream.width, stream.pix_fmt = frames.shape[1], frames.shape[2], pixels
-        for frame in frames:
-            image = av.VideoFrame.from_ndarray(frame, format="gray")
-            for packet in stream.encode(image):
-                container.mux(packet)
-        for packet in stream.encode():
-            container.mux(packet)
-    return path
 
 
 def store(directory: Path, kind: str, frames: np.ndarray) -> Path:
@@ -57,7 +43,7 @@ def store(directory: Path, kind: str, frames: np.ndarray) -> Path:
         for index, frame in enumerate(frames):
             Image.fromarray(frame).save(path / f"frame{index}.png")  # 2 sorts before 10
     else:
-        encode(path, frames, "ffv1", "gray")
+        encoded(path, frames, "ffv1", "gray")
     return path
 
 
@@ -120,7 +106,7 @@ def broken(directory: Path, kind: str) -> Path | None:
             path = directory / "bad.xyz"
             path.write_text("?")
         case "cut off":
-            whole = encode(directory / "whole.avi", movie(40), "mjpeg", "yuvj420p")
+            whole = encoded(directory / "whole.avi", movie(40), "mjpeg", "yuvj420p")
             path = directory / "bad.avi"
             path.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
         case "one image":
@@ -248,7 +234,7 @@ def test_blocks_of_a_compressed_video_leave_no_pattern_in_the_flow(tmp_path: Pat
     glottis = SyntheticGlottis(
         Synthetic(height=160, width=160, frames=8, amplitude=(6, 6), opening=(3, 3), highlights=0)
     )
-    frames = list(Recording.open(encode(tmp_path / "m.avi", glottis.stack(), "mjpeg", "yuvj420p")).frames())
+    frames = list(Recording.open(encoded(tmp_path / "m.avi", glottis.stack(), "mjpeg", "yuvj420p")).frames())
     error = np.zeros(8)
     for t in range(0, 7, 2):
         found = plica.flow(frames[t], frames[t + 1], preset="video", intensity=(0.0, 255.0)).flow
@@ -261,17 +247,7 @@ def test_blocks_of_a_compressed_video_leave_no_pattern_in_the_flow(tmp_path: Pat
 
 
 def test_video_of_more_than_eight_bits_keeps_them(tmp_path: Path) -> None:
-    import av
-
     frames = (movie(4).astype(np.uint16) * 100) + np.arange(4, dtype=np.uint16)[:, None, None]
-    path = tmp_path / "deep.mkv"
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream("ffv1", rate=30)
-        stream.height, stream.width, stream.pix_fmt = frames.shape[1], frames.shape[2], "gray16le"
-        for frame in frames:
-            for packet in stream.encode(av.VideoFrame.from_ndarray(frame, format="gray16le")):
-                container.mux(packet)
-        for packet in stream.encode():
-            container.mux(packet)
+    path = encoded(tmp_path / "deep.mkv", frames, "ffv1", "gray16le")
     raw = list(read(Recording.open(path).source, 0, 4))
     assert all(np.array_equal(one, other) for one, other in zip(raw, frames, strict=True))

@@ -10,6 +10,7 @@ import pytest
 import tifffile
 from PIL import Image
 
+from picture_files import encoded
 from plica.commands.main import main
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video import Settings, VideoError, load
@@ -21,18 +22,8 @@ _OPTIONS = Synthetic(
 
 
 def film(path: Path, **tags: str) -> Path:
-    import av
-
-    with av.open(str(path), "w") as file:
-        file.metadata.update(tags)
-        stream = file.add_stream("mjpeg" if path.suffix == ".avi" else "mpeg4", rate=25)
-        stream.width = stream.height = 32
-        stream.pix_fmt = "yuvj420p" if path.suffix == ".avi" else "yuv420p"
-        for _ in range(3):
-            frame = av.VideoFrame.from_ndarray(np.zeros((32, 32, 3), np.uint8), format="rgb24")
-            file.mux(stream.encode(frame))
-        file.mux(stream.encode())
-    return path
+    codec, pixels = ("mjpeg", "yuvj420p") if path.suffix == ".avi" else ("mpeg4", "yuv420p")
+    return Path(encoded(path, np.zeros((3, 32, 32, 3), np.uint8), codec, pixels, **tags))
 
 
 def test_the_day_in_a_file_is_found_with_the_tag_that_names_it(tmp_path: Path) -> None:
