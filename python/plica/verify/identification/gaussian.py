@@ -92,7 +92,7 @@ def joint_moments(model: LinearGaussian, y: Array, f: Array) -> tuple[Array, Arr
         weighted = np.linalg.solve(Gamma_v[np.ix_(seen, seen)], H[seen]).T
         J[now, now] += weighted @ H[seen]
         h[now] += weighted @ y[k, seen]
-    covariance: Array = np.linalg.inv(J)
+    covariance: Array = np.asarray(np.linalg.inv(J), np.float64)
     mean: Array = (covariance @ h).reshape(frames + 1, n)
     return mean, covariance
 
