@@ -166,7 +166,7 @@ TEST_CASE("a coupling that does not iterate has one load in all rounds of tissue
       Scene scene = larynx_with(coupling);
       scene.airflow->flow.model = ViscousSlit{};
       if (current) scene.airflow->flow.load_shape = Airflow::CurrentShape{};
-      scene.strain = FiniteStrain{1e-9};
+      scene.strain = FiniteStrain{1e-9, 400};
       Simulation simulation(scene, options(HilberHughesTaylor{alpha}, step, 1e-12));
       const Airflow& airflow = *simulation.airflow();
       int most_rounds = 0, most_rows = 0;
