@@ -101,7 +101,6 @@ _ELLIPTIC = key(
     hint="A glottis with a chink, or in which a lesion stands, is no ellipse.",
 )
 
-_EQUILIBRIUM = key("initial.equilibrium", must="must be false")
 _IN_THE_FLOW = key(
     "initial.equilibrium",
     "flow",
@@ -251,7 +250,7 @@ COMBINATIONS = (
         "the tissue's stiffness changes with its motion, and a step finds its force and the flow in turns.",
         "construction",
         each(
-            [_NITSCHE, _REDISTRIBUTED, _REDUCTION, _EXPLICIT, _NOT_ITERATED, _BERNOULLI, _EQUILIBRIUM],
+            [_NITSCHE, _REDISTRIBUTED, _REDUCTION, _EXPLICIT, _NOT_ITERATED, _BERNOULLI],
             [_STRAIN],
         ),
     ),
