@@ -1,14 +1,13 @@
 #include <pybind11/functional.h>
 
 #include "arrays.hpp"
+#include "dynamics_scene.hpp"
 #include "dynamics_state.hpp"
 #include "engine.hpp"
 #include "options.hpp"
 #include "plica/dynamics/last_basis.hpp"
-#include "plica/dynamics/posture.hpp"
 #include "plica/dynamics/rigid_motion.hpp"
 #include "plica/dynamics/simulation.hpp"
-#include "plica/dynamics/statics.hpp"
 
 namespace plica::python {
 
@@ -203,101 +202,12 @@ void bind_waveforms(py::module_& engine) {
   engine.def("waveforms", &waveforms);
 }
 
-using Held = py::array_t<bool, py::array::c_style | py::array::forcecast>;
-using Vec3 = std::array<double, 3>;
-
-Supports to_supports(const Held& fixed, std::ptrdiff_t nodes) {
-  if (fixed.ndim() != 2 || fixed.shape(0) != nodes || fixed.shape(1) != 3)
-    wrong_shape("Scene", "fixed", fixed, "(" + std::to_string(nodes) + ", 3)");
-  Supports supports(nodes);
-  for (std::int32_t i = 0; i < nodes; ++i)
-    for (int c = 0; c < 3; ++c)
-      if (fixed.at(i, c)) supports.fix(i, c);
-  return supports;
-}
-
 /// One for each body that can move without strain: its lowest node, and whether none of its unknowns is held.
 std::vector<std::pair<std::int32_t, bool>> free_bodies(const TetMesh& mesh, const Held& fixed) {
   std::vector<std::pair<std::int32_t, bool>> found;
   for (const RigidMotion& motion : rigid_motions(mesh, to_supports(fixed, mesh.node_count())))
     found.emplace_back(motion.body, motion.unheld);
   return found;
-}
-
-Scene make_scene(const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
-                 const py::array& cell_material, const Held& fixed, std::vector<Load> loads,
-                 const std::optional<Vec3>& gravity) {
-  Scene scene{mesh,
-              {std::move(materials), std::move(names), to_indices(cell_material, "Scene", "cell_material")},
-              to_supports(fixed, mesh.node_count()),
-              std::nullopt,
-              std::nullopt,
-              std::move(loads),
-              std::nullopt,
-              std::nullopt,
-              std::nullopt};
-  if (gravity) scene.gravity = Vector3((*gravity)[0], (*gravity)[1], (*gravity)[2]);
-  return scene;
-}
-
-py::array_t<double> equilibrium_of(const TetMesh& mesh, std::vector<Material> materials,
-                                   std::vector<std::string> names, const py::array& cell_material,
-                                   const Held& fixed, std::vector<Load> loads,
-                                   const std::optional<Vec3>& gravity) {
-  const Scene scene =
-      make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
-  return give([&] {
-    const Released released;
-    return equilibrium(scene);
-  }());
-}
-
-/// The mesh at its posture, and how it was found.
-struct StretchedMesh {
-  std::shared_ptr<TetMesh> mesh;
-  int parts, iterations;
-};
-
-StretchedMesh stretched_mesh(const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
-                             const py::array& cell_material, const Held& fixed,
-                             const std::function<RealArray(double)>& held) {
-  const Tissue tissue{std::move(materials), std::move(names),
-                      to_indices(cell_material, "Tissue", "cell_material")};
-  const Supports supports = to_supports(fixed, mesh.node_count());
-  const HeldAt at = [&held](double share) {
-    const py::gil_scoped_acquire acquired;
-    return to_points(held(share), "stretched", "held");
-  };
-  const Released released;
-  const Posture posture = stretched(mesh, tissue, supports, at);
-  StretchedMesh found{std::make_shared<TetMesh>(mesh), posture.parts, posture.iterations};
-  found.mesh->rest = mesh.points;
-  found.mesh->points += posture.displacement;
-  return found;
-}
-
-struct AtRest {
-  Points displacement, contact_force;
-  Vector contact_pressure;
-  int rows, passes, pivots;
-};
-
-AtRest contact_equilibrium_of(const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
-                              const py::array& cell_material, const Held& fixed, const ContactPart& contact,
-                              std::vector<Load> loads, const std::optional<Vec3>& gravity,
-                              const std::optional<RealArray>& displacement) {
-  Scene scene =
-      make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
-  scene.contact = contact;
-  if (displacement) scene.displacement = to_points(*displacement, "contact_equilibrium", "displacement");
-  const Released released;
-  ContactEquilibrium rest = contact_equilibrium(scene);
-  return {std::move(rest.displacement),
-          as_points(rest.contact_force),
-          std::move(rest.contact_pressure),
-          static_cast<int>(rest.closed.size()),
-          rest.passes,
-          rest.pivots};
 }
 
 std::unique_ptr<SteppedSimulation> make_simulation(
@@ -330,74 +240,16 @@ std::unique_ptr<SteppedSimulation> make_simulation(
 
 Points matrix_of(const Vector& nodal) { return as_points(nodal); }
 
-/// K u = f for many f, held unknowns zero.
-class StaticSolver {
- public:
-  explicit StaticSolver(const SteppedSimulation& of)
-      : supports_(of.simulation().supports()), K_(of.simulation().stiffness()) {
-    supports_.constrain(K_);
-    solver_ = LinearSolver::make(K_, {1e-10, LinearSolver::Cholesky{}});
-  }
-  Eigen::MatrixXd solve(Eigen::MatrixXd forces) const {
-    if (forces.rows() != K_.rows())
-      throw InvalidInput("StaticSolver", "rows of forces", static_cast<double>(forces.rows()), "",
-                         std::to_string(K_.rows()));
-    for (std::ptrdiff_t i = 0; i < forces.rows(); ++i)
-      if (supports_.fixed(i)) forces.row(i).setZero();
-    Eigen::MatrixXd found(forces.rows(), forces.cols()), part;
-    for (std::ptrdiff_t first = 0; first < forces.cols(); first += LinearSolver::pack) {
-      const std::ptrdiff_t count = std::min<std::ptrdiff_t>(LinearSolver::pack, forces.cols() - first);
-      for (const Convergence& end :
-           solver_->solve_many(forces.middleCols(first, count), part, solver_->tolerance()))
-        if (!end.converged)
-          throw SolveFailed("StaticSolver: residual = " + number_text(end.residual) + "; must be <= 1e-10.");
-      found.middleCols(first, count) = part;
-    }
-    return found;
-  }
-
- private:
-  Supports supports_;
-  BlockMatrix K_;
-  std::unique_ptr<const LinearSolver> solver_;
-};
-
 }  // namespace
 
 void bind_dynamics(py::module_& engine) {
   py::class_<SteppedSimulation> simulation(engine, "Simulation");
-  py::class_<StaticSolver>(engine, "StaticSolver")
-      .def(py::init<const SteppedSimulation&>(), py::arg("simulation"), py::call_guard<Released>())
-      .def("solve", &StaticSolver::solve, py::arg("forces"), py::call_guard<Released>());
   bind_waveforms(engine);
   bind_options(engine);
   bind_enforcement(engine);
   bind_reduction(engine);
   bind_finite_strain(engine);
   engine.def("free_bodies", &free_bodies, py::arg("mesh"), py::arg("fixed"));
-  py::class_<StretchedMesh>(engine, "StretchedMesh")
-      .def_readonly("mesh", &StretchedMesh::mesh)
-      .def_readonly("parts", &StretchedMesh::parts)
-      .def_readonly("iterations", &StretchedMesh::iterations);
-  engine.def("stretched", &stretched_mesh, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
-             py::arg("cell_material"), py::arg("fixed"), py::arg("held"));
-  engine.def("equilibrium", &equilibrium_of, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
-             py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("loads") = py::list(),
-             py::arg("gravity") = py::none());
-  py::class_<AtRest>(engine, "ContactEquilibrium")
-      .def_property_readonly("displacement",
-                             [](py::object self) { return view(self.cast<AtRest&>().displacement, self); })
-      .def_property_readonly("contact_force",
-                             [](py::object self) { return view(self.cast<AtRest&>().contact_force, self); })
-      .def_property_readonly("contact_pressure",
-                             [](py::object self) { return view(self.cast<AtRest&>().contact_pressure, self); })
-      .def_readonly("rows", &AtRest::rows)
-      .def_readonly("passes", &AtRest::passes)
-      .def_readonly("pivots", &AtRest::pivots);
-  engine.def("contact_equilibrium", &contact_equilibrium_of, py::arg("mesh"), py::arg("materials"),
-             py::arg("material_names"), py::arg("cell_material"), py::arg("fixed"), py::kw_only(),
-             py::arg("contact"), py::arg("loads") = py::list(), py::arg("gravity") = py::none(),
-             py::arg("displacement") = py::none());
   const Simulation::Options options;
   simulation
       .def(py::init(&make_simulation), py::arg("mesh"), py::arg("materials"), py::arg("material_names"),

@@ -99,6 +99,7 @@ PYBIND11_MODULE(_engine, engine) {
 #endif
 #ifdef PLICA_WITH_DYNAMICS
   bind_dynamics(engine);
+  bind_statics(engine);
   bind_glottal_flow(engine);
 #endif
 }

@@ -11,4 +11,5 @@ void bind_estimation_sweep(pybind11::module_& engine);
 void bind_airflow(pybind11::module_& engine);
 void bind_contact(pybind11::module_& engine);
 void bind_dynamics(pybind11::module_& engine);
+void bind_statics(pybind11::module_& engine);
 void bind_glottal_flow(pybind11::module_& engine);

@@ -54,6 +54,7 @@ __all__: list[str] = [
     "StaticSolver",
     "StrainGauge",
     "StretchedMesh",
+    "StretchedStatics",
     "TetMesh",
     "TransverselyIsotropic",
     "Tube",
@@ -581,12 +582,6 @@ class Simulation:
     @property
     def viscosity(self) -> tuple[typing.Any, ...] | None: ...
 
-class StaticSolver:
-    def __init__(self, simulation: Simulation) -> None: ...
-    def solve(
-        self, forces: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
-    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]: ...
-
 class Waveform:
     @property
     def meaning(self) -> str: ...
@@ -983,6 +978,12 @@ class FiniteStrain:
     @property
     def tolerance(self) -> float: ...
 
+class StaticSolver:
+    def __init__(self, simulation: Simulation) -> None: ...
+    def solve(
+        self, forces: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]: ...
+
 class StretchedMesh:
     @property
     def iterations(self) -> int: ...
@@ -990,6 +991,28 @@ class StretchedMesh:
     def mesh(self) -> TetMesh: ...
     @property
     def parts(self) -> int: ...
+
+class StretchedStatics:
+    def __init__(
+        self,
+        mesh: TetMesh,
+        materials: collections.abc.Sequence[Material],
+        material_names: collections.abc.Sequence[str],
+        cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
+        *,
+        loads: collections.abc.Sequence[Load] = [],
+        gravity: typing.Annotated[
+            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+        ]
+        | None = None,
+    ) -> None: ...
+    def solver(
+        self, displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+    ) -> StaticSolver: ...
+    def unbalanced(
+        self, displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+    ) -> numpy.typing.NDArray[numpy.float64]: ...
 
 class ContactEquilibrium:
     @property
@@ -1157,6 +1180,7 @@ def equilibrium(
         collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
     ]
     | None = None,
+    finite_strain: bool = False,
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def first_hits(
     nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],

@@ -81,6 +81,14 @@ def tissue_force(mesh: Any, law: Law) -> tuple[Callable[[np.ndarray], np.ndarray
     return force, volume
 
 
+def consistent_mass(mesh: Any, volume: np.ndarray) -> np.ndarray:
+    """(n, n) kg, of linear tetrahedra of volumes (m) m^3."""
+    mass = np.zeros((len(mesh.points), len(mesh.points)))
+    for cell, size in zip(np.asarray(mesh.cells), volume, strict=True):
+        mass[np.ix_(cell, cell)] += DENSITY * size * (np.ones((4, 4)) + np.eye(4)) / 20
+    return mass
+
+
 def angular_momentum(run: Any, mesh: Any) -> np.ndarray:
     values, columns, starts = run.mass
     size = 3 * len(mesh.points)

@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/dynamics/rigid_motion.hpp"
+#include "plica/dynamics/static_way.hpp"
 #include "plica/solve/factorization.hpp"
 
 namespace plica {
@@ -15,9 +17,11 @@ std::string direction(const Vector3& v) {
   return "(" + number_text(unit[0]) + ", " + number_text(unit[1]) + ", " + number_text(unit[2]) + ")";
 }
 
-void check_supported(const TetMesh& mesh, const Supports& supports) {
-  const std::vector<RigidMotion> free = rigid_motions(mesh, supports);
-  if (free.empty()) return;
+/// The scene, if it is valid and no body of it can move without strain.
+const Scene& supported(const Scene& scene) {
+  scene.validate();
+  const std::vector<RigidMotion> free = rigid_motions(scene.mesh, scene.supports);
+  if (free.empty()) return scene;
   const RigidMotion& first = free.front();
   throw InvalidInput("Scene: the body of node " + std::to_string(first.body) + ", centred at (" +
                      number_text(first.centre[0]) + ", " + number_text(first.centre[1]) + ", " +
@@ -36,11 +40,48 @@ Vector load_at_rest(const Scene& scene, const Assembler& assembler) {
   return load;
 }
 
+/// The walk with the share of the load that acts.
+Points stretched_equilibrium(const Scene& scene) {
+  const StretchedStatics statics(scene);
+  StaticWay way;
+  way.balance = [&](const Vector& u, double share) -> Assembler::Stretched {
+    BlockMatrix slope = statics.slope(u);
+    return {-statics.unbalanced(u, share), std::move(slope)};
+  };
+  way.moved = [&](double, double) -> Vector { return Vector::Zero(3 * scene.mesh.node_count()); };
+  way.name = "Scene";
+  way.of = "gravity and loads";
+  way.hint = "Take less of them, stiffer tissue, or hold more of its nodes.";
+  return as_points(walk(scene.mesh, scene.supports, way).displacement);
+}
+
 }  // namespace
 
+StretchedStatics::StretchedStatics(const Scene& scene)
+    : scene_(supported(scene)),
+      assembler_(scene.mesh),
+      force_(scene.mesh, scene.tissue),
+      load_(load_at_rest(scene, assembler_)) {}
+
+Vector StretchedStatics::unbalanced(const Vector& u, double share) const {
+  InternalForce::Force own;
+  if (const auto cell = force_.at(u, Vector::Zero(u.size()), own))
+    throw CellInverted("cell " + std::to_string(*cell) + " at " +
+                       place_text(scene_.mesh.points(scene_.mesh.cells.row(*cell), Eigen::all).colwise().mean()) +
+                       " turns inside out");
+  Vector left = share * load_ - own.elastic;
+  scene_.supports.project(left);
+  return left;
+}
+
+BlockMatrix StretchedStatics::slope(const Vector& u) const {
+  require_size("StretchedStatics", "u", u.size(), 3 * scene_.mesh.node_count());
+  return assembler_.stretched(scene_.tissue, scene_.mesh.points + as_points(u)).slope;
+}
+
 Points equilibrium(const Scene& scene) {
-  scene.validate();
-  check_supported(scene.mesh, scene.supports);
+  if (scene.strain) return stretched_equilibrium(scene);
+  supported(scene);
   const Assembler assembler(scene.mesh);
   Vector load = load_at_rest(scene, assembler);
   scene.supports.project(load);
@@ -50,8 +91,7 @@ Points equilibrium(const Scene& scene) {
 }
 
 ContactEquilibrium contact_equilibrium(const Scene& scene) {
-  scene.validate();
-  check_supported(scene.mesh, scene.supports);
+  supported(scene);
   if (!scene.contact)
     throw InvalidInput("Scene: contact is missing; must be there for an equilibrium in contact.");
   const ContactPart& part = *scene.contact;
@@ -60,6 +100,7 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
     throw InvalidInput(
         "Scene: contact = Nitsche's method; must be multipliers, augmented multipliers or a penalty at rest. Its "
         "gamma belongs to a time step.");
+  if (scene.strain) throw InvalidInput("Scene: strain = finite; must be without for an equilibrium in contact.");
   const Assembler assembler(scene.mesh);
   BlockMatrix K = assembler.stiffness(scene.tissue);
   Vector held = Vector::Zero(3 * scene.mesh.node_count());

@@ -1,11 +1,34 @@
 #pragma once
 #include "plica/dynamics/scene.hpp"
+#include "plica/tissue/internal_force.hpp"
 
 namespace plica {
 
-/// Displacement (n, 3) m at rest under the scene's gravity and loads at t = 0, K u = f; airflow, contact and the
-/// initial fields are left out. One factorisation. Throws InvalidInput where a body can move without strain.
+/// Displacement (n, 3) m at rest under the scene's gravity and loads at t = 0, airflow, contact and the initial
+/// fields left out: K u = f, one factorisation, or at finite strain f(u) = f (StretchedStatics), the loads in
+/// shares of them (walk). Throws InvalidInput where a body can move without strain, SolveFailed as walk() does.
 Points equilibrium(const Scene& scene);
+
+/// Tissue at finite strain under the scene's gravity and loads at t = 0, with the force that its time steps have.
+class StretchedStatics {
+ public:
+  /// The scene must outlive it. Throws InvalidInput where a body can move without strain.
+  explicit StretchedStatics(const Scene& scene);
+  StretchedStatics(const StretchedStatics&) = delete;
+  StretchedStatics& operator=(const StretchedStatics&) = delete;
+
+  /// (3 n) N: a share of the load less what the tissue, displaced by u (3 n) m, holds its nodes with
+  /// (InternalForce); zero where nodes are held. Throws CellInverted.
+  Vector unbalanced(const Vector& u, double share = 1.0) const;
+  /// N/m: slope of that force, with the held unknowns. Throws CellInverted.
+  BlockMatrix slope(const Vector& u) const;
+
+ private:
+  const Scene& scene_;
+  const Assembler assembler_;
+  const InternalForce force_;
+  Vector load_;
+};
 
 /// Rest in contact.
 struct ContactEquilibrium {

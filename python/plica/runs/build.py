@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.errors import InvalidInput, SceneError, SolveFailed, nearest, one_of
 from plica.runs.basis_file import read_basis
 from plica.runs.flow_equilibrium import (
     EquilibriumBranch,
     FlowEquilibrium,
-    require_linear_tissue,
     require_steady,
 )
 from plica.runs.materials import located, materials_of, place_text
 from plica.runs.options import engine_options
 from plica.runs.scene_mesh import require_isotropic_across, required_posture, scene_mesh
+from plica.runs.stretched_branch import StretchedBranch
 from plica.runs.tubes import tubes_of
 from plica.scene.held import fixed_components, places_at_rest
 from plica.scene.initial import initial_fields
@@ -87,8 +87,6 @@ def build_simulation(
     SolveFailed
         If it begins in an equilibrium with the flow that is not there.
     """
-    if scene.strain is not None:
-        require_isotropic_across(scene, "strain")
     mesh = scene_mesh(scene) if mesh is None else required_posture(scene, mesh)
     body = _body(scene, mesh)
     if isinstance(scene.mesh, MeshFile) and scene.mesh.mirror is not None:
@@ -136,19 +134,20 @@ def build_simulation(
 
 
 def equilibrium(scene: Scene) -> NDArray[np.float64]:
-    """The displacement (n, 3) m at rest under gravity and the loads at t = 0, K u = f.
+    """The displacement (n, 3) m at rest under gravity and the loads at t = 0, K u = f, or f(u) = f.
 
-    Airflow, contact and initial values are ignored. Raises SceneError if the supports allow a rigid motion,
-    or the scene names something that its mesh does not have; InvalidInput for tissue at finite strain.
+    f(u) is the force of tissue at finite strain. Airflow, contact and initial values are ignored. Raises
+    SceneError if the supports allow a rigid motion, or the scene names something that its mesh does not have;
+    SolveFailed if tissue at finite strain buckles under the loads, or is turned inside out.
     """
-    require_linear_tissue(scene)
     return _at_rest(scene, _body(scene, scene_mesh(scene)))
 
 
 def flow_equilibrium(
     scene: Scene, pressure: float | str | None = None, mesh: _engine.TetMesh | None = None
 ) -> FlowEquilibrium:
-    """Tissue at rest under the steady flow through it, K u = f + B p(A u), without contact.
+    """Tissue at rest under the steady flow through it, K u = f + B p(A u), without contact; at finite strain
+    f(u) stands for K u.
 
     Parameters
     ----------
@@ -193,12 +192,19 @@ def equilibrium_branch(
     """
     require_steady(scene)
     mesh = scene_mesh(scene) if mesh is None else mesh
+    body = _body(scene, mesh)
     at_rest = np.zeros_like(mesh.points)
     if scene.gravity is not None or scene.loads:
-        at_rest = _at_rest(scene, _body(scene, mesh))
+        at_rest = _at_rest(scene, body)
     if simulation is None:
         simulation = build_simulation(whole_tissue(scene), mesh)
-    return EquilibriumBranch(scene, mesh, simulation, at_rest, basis)
+    if scene.strain is None:
+        return EquilibriumBranch(scene, mesh, simulation, at_rest, basis)
+    try:
+        statics = _engine.StretchedStatics(**body)
+    except InvalidInput as error:
+        raise located(scene, error) from None
+    return StretchedBranch(scene, mesh, simulation, at_rest, statics)
 
 
 def whole_tissue(scene: Scene) -> Scene:
@@ -227,13 +233,17 @@ def _start(
 
 def _at_rest(scene: Scene, body: dict[str, Any]) -> NDArray[np.float64]:
     try:
-        return _engine.equilibrium(**body)
+        return _engine.equilibrium(**body, finite_strain=scene.strain is not None)
     except InvalidInput as error:
         raise located(scene, error) from None
+    except SolveFailed as error:
+        raise SolveFailed(f"{scene.source}: {str(error).removeprefix('Scene: ')}") from None
 
 
 def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
     """Arguments that do not depend on airflow and contact: mesh, tissue, supports, loads, gravity."""
+    if scene.strain is not None:
+        require_isotropic_across(scene, "strain")
     materials, names, cell_material = materials_of(scene, mesh)
     return {
         "mesh": mesh,

@@ -1,4 +1,4 @@
-"""Where the airflow holds the tissue still: the static equilibrium under a steady flow, by Newton's method.
+"""Where the airflow holds linear tissue still: static equilibrium under a steady flow, by Newton's method.
 
 The unknowns are the pressures of the sections and those at both ends; what these move is known beforehand.
 """
@@ -18,7 +18,7 @@ from plica.runs.nodal_matrices import NodalMatrices, ritz
 from plica.scene.held import fixed_components
 from plica.scene.scene import Scene
 
-__all__ = ["EquilibriumBranch", "FlowEquilibrium", "require_linear_tissue", "require_steady"]
+__all__ = ["EquilibriumBranch", "FlowEquilibrium", "require_steady"]
 
 Floats = NDArray[np.float64]
 
@@ -70,6 +70,8 @@ class EquilibriumBranch:
         The displacement under gravity and loads.
     basis : (3 n, any), optional
         The displacements are its combinations, and the equilibrium that of the forces along them.
+    solver : StaticSolver, optional
+        Of static responses, instead of that of the simulation's stiffness.
 
     Raises
     ------
@@ -84,6 +86,7 @@ class EquilibriumBranch:
         simulation: _engine.Simulation,
         at_rest: Floats,
         basis: Floats | None = None,
+        solver: _engine.StaticSolver | None = None,
     ) -> None:
         require_steady(scene)
         from scipy.sparse import csr_array
@@ -93,33 +96,36 @@ class EquilibriumBranch:
         self._points = np.asarray(mesh.points)
         self._span: _Span | None = None
         if basis is None:
-            self._solver = _static_solver(simulation)
-            self.at_rest = at_rest
+            self._solver = _static_solver(simulation) if solver is None else solver
         else:
             self._span = _Span(simulation, fixed_components(scene, mesh), basis)
-            self.at_rest = self._span.nearest(at_rest.reshape(-1, 1)).reshape(-1, 3)
+            at_rest = self._span.nearest(at_rest.reshape(-1, 1)).reshape(-1, 3)
         self._height = np.asarray(self.flow.height)
         self._spacing = np.asarray(self.flow.width_spacing())
         self.patterns = csr_array(self.flow.load_patterns(), shape=(self._points.size, self.pressures))
         """(3 n, s + 2) m^2: loads of unit pressures."""
-        self.responses: Floats = self.moved_by(self.patterns.toarray())
-        """(3 n, s + 2) m/Pa: what the pressures move."""
         self.width_map = csr_array(self.flow.width_map(), shape=(len(self._spacing), len(self._points)))
         """(w, n): widths of the x of nodes."""
-        self.rest_widths = self.width_map @ (self._points + self.at_rest)[:, 0]
-        self.width_responses = self.width_map @ self.responses[0::3]
+        self._follow(at_rest, self.moved_by(self.patterns.toarray()))
         self._resistances = tuple(
             0.0 if tube is None else tube.steady_resistance for tube in (self.flow.trachea, self.flow.tract)
         )
         self._known: list[FlowEquilibrium] = []  # by rising pressure
         self._end = self._reason = ""  # why the branch ends; why the last attempt failed
         self._jacobians: list[Floats] = []  # of the last attempt
-        self._compliance: tuple[bytes, Floats] | None = None
         if overlap := self._overlap(self.rest_widths):
             raise InvalidInput(
                 f"Equilibrium with the flow: width of the glottis at rest = {overlap}; must be > 0: contact "
                 "is no part of it. Take a wider glottis."
             )
+
+    def _follow(self, at_rest: Floats, responses: Floats) -> None:
+        """Let displacements be (n, 3) m plus those of the pressures, responses (3 n, s + 2) m/Pa."""
+        self.at_rest = at_rest
+        self.responses = responses
+        self.rest_widths = self.width_map @ (self._points + at_rest)[:, 0]
+        self.width_responses = self.width_map @ responses[0::3]
+        self._compliance: tuple[bytes, Floats] | None = None
 
     @property
     def pressures(self) -> int:
@@ -364,19 +370,8 @@ def _static_solver(simulation: _engine.Simulation) -> _engine.StaticSolver:
         ) from None
 
 
-def require_linear_tissue(scene: Scene) -> None:
-    """Raise for a scene whose equilibria are not those of one stiffness."""
-    if scene.strain is not None:
-        raise InvalidInput(
-            f"{scene.source}: strain is given; must be left out: an equilibrium is found, and small motion "
-            "about it is, with the stiffness of the tissue at t = 0. Use linear tissue; with voice: "
-            'without = ["strain"], softer tissue with another pitch.'
-        )
-
-
 def require_steady(scene: Scene) -> None:
     """Raise for a scene that has no equilibrium with a flow of this kind."""
-    require_linear_tissue(scene)
     if scene.airflow is None:
         raise InvalidInput(
             f"{scene.source}: airflow is missing; must be there for an equilibrium with the flow. Add a "

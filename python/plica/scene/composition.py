@@ -101,7 +101,6 @@ _ELLIPTIC = key(
     hint="A glottis with a chink, or in which a lesion stands, is no ellipse.",
 )
 
-_EQUILIBRIUM = key("initial.equilibrium", must="must be false")
 _IN_THE_FLOW = key(
     "initial.equilibrium",
     "flow",
@@ -246,7 +245,7 @@ COMBINATIONS = (
     Combination(
         "the tissue's stiffness changes with its motion, and a step finds its force and the flow in turns.",
         "construction",
-        each([_NITSCHE, _REDISTRIBUTED, _REDUCTION, _BERNOULLI, _EQUILIBRIUM], [_STRAIN]),
+        each([_NITSCHE, _REDISTRIBUTED, _REDUCTION, _BERNOULLI], [_STRAIN]),
     ),
 )
 """In the order of the documentation: what physics forbids, then what could be built."""

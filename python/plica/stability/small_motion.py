@@ -117,6 +117,7 @@ class SmallMotion:
 
         if modes is not None:
             whole_number("onset", "modes", modes, 1, _MOST_MODES)
+        _require_linear_tissue(scene)
         mesh = scene_mesh(scene) if mesh is None else mesh
         fixed = fixed_components(scene, mesh)
         simulation = build_simulation(whole_tissue(scene), mesh)
@@ -266,6 +267,16 @@ class SmallMotion:
         if self.damping.ratio is not None:
             return np.diag(2 * self.damping.ratio * np.sqrt(self.squares))
         return self.viscosity
+
+
+def _require_linear_tissue(scene: Scene) -> None:
+    """Raise for a scene whose small motion is not that of one stiffness."""
+    if scene.strain is not None:
+        raise InvalidInput(
+            f"{scene.source}: strain is given; must be left out: small motion about an equilibrium is "
+            "found with the stiffness of the tissue at t = 0. Use linear tissue; with voice: "
+            'without = ["strain"], softer tissue with another pitch.'
+        )
 
 
 class _Air:

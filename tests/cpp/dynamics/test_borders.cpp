@@ -16,10 +16,12 @@ TEST_CASE("a simulation and statics refuse a scene whose parts are of another me
   Scene scene = scenes::two_cubes(Multipliers{});
   scene.displacement = Points::Zero(scene.mesh.node_count(), 3);
   const Simulation::Options options{HilberHughesTaylor{}, 1e-4, {}};
-  for (const auto& [name, call] : {std::pair<const char*, std::function<void()>>{
-                                       "Simulation::Simulation scene", [&] { Simulation(scene, options); }},
-                                   {"equilibrium scene", [&] { equilibrium(scene); }},
-                                   {"contact_equilibrium scene", [&] { contact_equilibrium(scene); }}}) {
+  for (const auto& [name, call] :
+       {std::pair<const char*, std::function<void()>>{"Simulation::Simulation scene",
+                                                      [&] { Simulation(scene, options); }},
+        {"equilibrium scene", [&] { equilibrium(scene); }},
+        {"StretchedStatics::StretchedStatics scene", [&] { StretchedStatics of(scene); }},
+        {"contact_equilibrium scene", [&] { contact_equilibrium(scene); }}}) {
     sizes(name, *scene.displacement, call);
     sizes(name, *scene.velocity, call);
     sizes(name, scene.tissue.cell_material, call);
@@ -32,6 +34,14 @@ TEST_CASE("a simulation and statics refuse a scene whose parts are of another me
     refused(name, call);
     scene.supports = good;
   }
+}
+
+TEST_CASE("statics of tissue at finite strain refuse a displacement that is not its scene's") {
+  const Scene scene = scenes::held_block();
+  const StretchedStatics statics(scene);
+  Vector u = Vector::Zero(3 * scene.mesh.node_count());
+  sizes("StretchedStatics::unbalanced u", u, [&] { statics.unbalanced(u); });
+  sizes("StretchedStatics::slope u", u, [&] { statics.slope(u); });
 }
 
 TEST_CASE("a simulation refuses nodes, forces and states that are not its scene's") {

@@ -51,7 +51,6 @@ CHANGES: dict[str, dict[str, Any]] = {
     "contact.penalty": {"contact.penalty": {}},
     'contact.surface_mass = "redistributed"': {"contact.surface_mass": "redistributed"},
     "contact.volume_penalty": {"contact.volume_penalty": {}},
-    "initial.equilibrium": {"initial.equilibrium": True},
     'initial.equilibrium = "flow"': {"initial.equilibrium": "flow"},
     "initial.opening_displacement": {"initial": plica.Initial(opening_displacement=1e-4)},
     "initial.opening_velocity": {"initial": plica.Initial(opening_velocity=1.0)},
