@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "../approx.hpp"
 #include "plica/mesh/block.hpp"
 #include "plica/tissue/internal_force.hpp"
 #include "plica/tissue/slope_bound.hpp"
@@ -112,7 +113,7 @@ TEST_CASE("slope bound: a body that turns is as stiff as before") {
   const Points bent = block.mesh.points + as_points(block.swayed(0.4));
   const Vector turned = as_vector(Points(bent * turn.transpose() - block.mesh.points));
   const double still = block.by_mass(block.slopes(block.swayed(0.4), 1e-9, 1e-4));
-  CHECK(block.by_mass(block.slopes(turned, 1e-9, 1e-4)) == doctest::Approx(still).epsilon(1e-9));
+  CHECK(block.by_mass(block.slopes(turned, 1e-9, 1e-4)) == approx(still).epsilon(1e-9));
   const double of_still = bound.at(block.swayed(0.4), 1e-9, 1e-4).value;
   CHECK(bound.at(turned, 1e-9, 1e-4).value >= still);
   CHECK(bound.at(turned, 1e-9, 1e-4).value < 2 * of_still);
