@@ -109,3 +109,25 @@ def voice(**changes: Any) -> plica.Scene:
         strain="finite",
     )
     return scene.replace(changes)
+
+
+def resumed_on_two_threads(
+    scene: plica.Scene, before: int, after: int
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The waveforms of so many steps, and of as many after them; resumed there on two threads, to the bit."""
+    run = plica.build_simulation(scene)
+    first = run.advance(before)
+    state = run.state()
+    through = run.advance(after)
+    resumed = plica.build_simulation(scene)
+    resumed.restore(state)
+    threads = _engine.threads()
+    _engine.set_threads(2)
+    try:
+        again = resumed.advance(after)
+    finally:
+        _engine.set_threads(threads)
+    for name, wave in through.items():
+        np.testing.assert_array_equal(again[name], wave, err_msg=name)
+    np.testing.assert_array_equal(resumed.displacement, run.displacement)
+    return first, through

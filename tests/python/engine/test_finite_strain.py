@@ -24,6 +24,7 @@ from stretched_bodies import (
     angular_momentum,
     block,
     consistent_mass,
+    resumed_on_two_threads,
     simulation,
     tissue_force,
     voice,
@@ -234,19 +235,7 @@ def test_a_part_of_a_symmetric_voice_moves_as_the_whole(changes: dict[str, Any])
     ids=["rest", "posture", "stiffens"],
 )
 def test_the_same_bits_resumed_and_with_two_threads(changes: dict[str, Any]) -> None:
-    scene = voice(**changes)
-    run = plica.build_simulation(scene)
-    run.advance(20)
-    state = run.state()
-    through = run.advance(10)
-    resumed = plica.build_simulation(scene)
-    resumed.restore(state)
-    _engine.set_threads(2)
-    after = resumed.advance(10)
-    _engine.set_threads(1)
-    for name, wave in through.items():
-        np.testing.assert_array_equal(after[name], wave, err_msg=name)
-    np.testing.assert_array_equal(resumed.displacement, run.displacement)
+    resumed_on_two_threads(voice(**changes), 20, 10)
 
 
 def refused(call: Callable[[], object], *texts: str) -> None:
