@@ -12,6 +12,9 @@ DEMO_DIR ?= runs/demo
 WHEELS ?= bookworm trixie
 PYTEST_ARGS ?= --numprocesses auto --dist loadfile
 
+# Builds in other directories share what they compile.
+export CCACHE_BASEDIR ?= $(CURDIR)
+
 BUILD := build/release
 VENV := .venv
 BIN := $(VENV)/bin

@@ -39,21 +39,19 @@ PLATES = (
     paper_b_force,
     paper_b_area,
 )
-HEAD = """# The thesis's figures, made anew
-
-Made by `python -m benchmarks.thesis`, engine {engine}; do not edit. Papers A and B are those of
-Granados (2016).
-{mesh}
+HEAD = """\
+Made by `python -m benchmarks.thesis`, engine {engine}; do not edit. Papers A and B are those of Granados
+(2016). {mesh}
 
 B is `examples/thesis_b.toml` (half the printed viscosity), P is `examples/thesis.toml` (as printed), both
 with linear tetrahedra, {duration:g} s. The figures show B unless they say otherwise. Values are means over
-the cycles of the last {last:g} ms ± standard error; the data of each figure are in `benchmarks/thesis/data`.
-The set-up is near its threshold, and its results depend on step and mesh ([phonation.md](phonation.md)).
+the cycles of the last {last:g} ms ± standard error; the data of each figure are in
+`benchmarks/thesis/data`. The set-up is near its threshold, and its results depend on step and mesh
+([phonation.md](phonation.md)).
 
-Contact area and stress are those of the right fold's triangles with a loaded vertex, overlap is the volume of
-airway tetrahedra that are inside out. "LM" are multipliers that close the gap at the weighted position of
-Eq. (25), "LM at n + 1" at the end of the step.
-"""
+Contact area and stress are those of the right fold's triangles with a loaded vertex, overlap is the volume
+of airway tetrahedra that are inside out. "LM" are multipliers that close the gap at the weighted position
+of Eq. (25), "LM at n + 1" at the end of the step."""
 
 
 REASONS = {  # beginning of a claim: why it may fail; shown where it does
@@ -92,7 +90,9 @@ def write(shelf: Shelf, docs: Path, data: Path) -> None:
     head = {"engine": engine, "mesh": mesh_text(shelf), "duration": cases.DURATION, "last": 1e3 * cases.LAST}
     found = trends(shelf)
     write_trends(found, data / "trends.csv")
-    text = [HEAD.format(**head), trend_section(found, missing(shelf), os.path.relpath(data, docs))]
+    paragraphs = [filled(one) for one in HEAD.format(**head).split("\n\n")]
+    text = ["# The thesis's figures, made anew", "", *(f"{one}\n" for one in paragraphs)]
+    text += [trend_section(found, missing(shelf), os.path.relpath(data, docs))]
     for build in PLATES:
         made = build(shelf)
         if made is None:
@@ -106,6 +106,11 @@ def write(shelf: Shelf, docs: Path, data: Path) -> None:
     (docs / "thesis.md").write_text("\n".join(text), encoding="utf-8")
     for trend in found:
         print(f"{trend.verdict.upper()}: {trend.claim}: {trend.found}")
+
+
+def filled(text: str, below: str = "") -> str:
+    """A paragraph as pages have it: its lines as long as may be, those after the first behind `below`."""
+    return textwrap.fill(" ".join(text.split()), 120, break_on_hyphens=False, subsequent_indent=below)
 
 
 def mesh_text(shelf: Shelf) -> str:
@@ -136,7 +141,7 @@ def missing(shelf: Shelf) -> list[str]:
 
 
 def section(made: plate.Plate, images: str, data: str) -> str:
-    shows, text = (textwrap.fill(words, 118) for words in (f"*Thesis:* {made.shows}", f"*Here:* {made.text}"))
+    shows, text = (filled(words) for words in (f"*Thesis:* {made.shows}", f"*Here:* {made.text}"))
     lines = [f"## {made.title}", "", shows, "", text, ""]
     if made.paint is not None:
         lines += [f"![{made.title.partition(':')[0]}]({images}/thesis_{made.name}.png)", ""]
@@ -152,10 +157,11 @@ def trend_section(found: list[Trend], absent: list[str], data: str) -> str:
         "",
         f"Of {len(found)} claims: {', '.join(counts)}.",
         "",
-        "A trend passes where its ends differ in the published sense by more than twice the standard "
-        "error and no step",
-        "goes against it by as much; it fails where a step does, and is undecided else. No value: the run is",
-        "not made, its oscillation dies out or its folds never touch.",
+        filled(
+            "A trend passes where its ends differ in the published sense by more than twice the standard "
+            "error and no step goes against it by as much; it fails where a step does, and is undecided "
+            "else. No value: the run is not made, its oscillation dies out or its folds never touch."
+        ),
         "",
         f"Table: [trends.csv]({data}/trends.csv)",
         "",
@@ -163,11 +169,10 @@ def trend_section(found: list[Trend], absent: list[str], data: str) -> str:
     failed = [trend.claim for trend in found if trend.verdict == "fail"]
     why = [text for start, text in REASONS.items() if any(claim.startswith(start) for claim in failed)]
     if why:
-        bullets = [textwrap.fill(f"- {text}", 118, subsequent_indent="  ") for text in why]
+        bullets = [filled(f"- {text}", "  ") for text in why]
         lines += ["Why claims fail, as far as known:", "", *bullets, ""]
     if absent:
-        named = f"Runs not made or not finished: {', '.join(absent)}."
-        lines += [textwrap.fill(named, 118, break_on_hyphens=False), ""]
+        lines += [filled(f"Runs not made or not finished: {', '.join(absent)}."), ""]
     return "\n".join(lines)
 
 

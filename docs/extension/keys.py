@@ -77,14 +77,15 @@ def waveforms(title: str, introduction: str, entries: Iterable[Waveform]) -> str
 
 def combinations() -> str:
     kinds = {"physics": "by its nature", "construction": "not built"}
-    rows = [
-        f"| `{one.option}` | `{one.other}` | {one.must}: {one.reason} | {kinds[one.kind]} |"
-        for one in COMBINATIONS
-    ]
-    head = ["| option | with | what must hold, and why | kind |", "|---|---|---|---|"]
-    return "\n".join(
-        ["## What cannot be combined", "", "`plica keys combinations` prints these.", "", *head, *rows, ""]
-    )
+    lines = ["## What cannot be combined", "", "`plica keys combinations` prints these.", ""]
+    for one in COMBINATIONS:
+        lines.append(f"- **{one.reason[0].upper()}{one.reason[1:-1]}** ({kinds[one.kind]}):")
+        for group in one.groups:
+            options, others = (
+                ", ".join(f"`{name}`" for name in names) for names in (group.options, group.others)
+            )
+            lines.append(f"  - {options}: {group.must} with {others}.{group.hint}")
+    return "\n".join([*lines, ""])
 
 
 def measures() -> str:

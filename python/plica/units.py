@@ -38,6 +38,7 @@ __all__ = [
     "Volume",
     "VolumeFlow",
     "clock",
+    "in_typed_unit",
     "number",
     "quantity_within",
     "read_quantity",
@@ -123,6 +124,15 @@ def _from_text(text: str, unit: str, expected: str) -> float:
     if usual and units.Quantity(Decimal(1), found) > _IMPLAUSIBLE * units.Quantity(Decimal(1), usual):
         raise ValueError(f'must be {expected}; "{name}" has the prefix mega.{hint}')
     return float(units.Quantity(number, found).to(target).magnitude)
+
+
+def in_typed_unit(value: float, typed: str, unit: str) -> str:
+    """A number in the SI unit `unit` as text in the unit of a quantity that is given as text: 0.35 rad is
+    ``"20.05 deg"`` beside ``"30 deg"``."""
+    parts = _QUANTITY.fullmatch(typed)
+    if parts is None or not parts[2]:
+        return f"{value:g}{f' {unit}' if unit else ''}"
+    return f"{value / read_quantity(f'1 {parts[2]}', unit):.4g} {parts[2]}"
 
 
 _SPELLINGS = {

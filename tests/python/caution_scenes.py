@@ -189,10 +189,31 @@ tissue.cover.viscosity = 0.14""",
     "unused_stiffening": Given(
         LARYNX, 'tissue.cover.matrix_stiffening = 20\nairflow.subglottal_pressure = "0.25 kPa"'
     ),
+    "unused_friction": Given(LARYNX, 'symmetry = "quarter"\ncontact.friction = 0.3'),
     "posture_gap": Given(
         LARYNX,
         "posture.elongation = 0.1\ntissue.body.nu = 0.3\ntissue.ligament.nu = 0.3\ntissue.cover.nu = 0.3\n"
         'airflow.subglottal_pressure = "0.25 kPa"',
+    ),
+    "unused_gap": Given(
+        LARYNX,
+        """\
+without mesh.options
+mesh.larynx = "coarse"
+mesh.folds = { gap = "0.3 mm", left_gap = "0.3 mm", right_gap = "0.35 mm" }
+airflow.subglottal_pressure = "0.2 kPa"
+initial.opening_velocity = "0.02 m/s"
+""",
+    ),
+    "unused_lesion": Given(
+        LARYNX,
+        """\
+without mesh.options
+mesh.larynx = "coarse"
+mesh.folds.lesions = [{ fold = "left", size = [5e-3, 2e-3, 1e-3], layers = ["cover"] }]
+airflow.subglottal_pressure = "0.2 kPa"
+initial.opening_velocity = "0.02 m/s"
+""",
     ),
     "coarse_lesion": Given(
         LARYNX,
@@ -266,6 +287,15 @@ initial.velocity.cover = [0, 0, 1]""",
     ),
     "large_strain": Given(LARYNX, "without airflow\ninitial.opening_velocity = -8", also=("inverted_cells",)),
     "inverted_cells": Given(LARYNX, "without airflow\ninitial.opening_velocity = -2"),
+    "overlapping_folds": Given(
+        LARYNX,
+        """\
+without contact
+initial.opening_velocity = -2
+tissue.body.viscosity = 5
+tissue.ligament.viscosity = 5
+tissue.cover.viscosity = 5""",
+    ),
     "unconverged_coupling": Given(
         LARYNX, "airflow.coupling.iterated = { max_sweeps = 2, freeze_after = 1, tolerance = 1e-9 }"
     ),

@@ -70,9 +70,6 @@ void Airflow::Options::validate() const {
     throw InvalidInput("Airflow", "rise", rise, "s", ">= 0 and finite", "Is the unit right?");
   if (course) {
     course->validate();
-    if (rise > 0)
-      throw InvalidInput("Airflow", "rise", rise, "s", "0 with a course",
-                         "The course says how the pressure rises.");
     if (course->greatest() != subglottal_pressure)
       throw InvalidInput("Airflow", "subglottal_pressure", subglottal_pressure, "Pa",
                          "the greatest of the course, " + number_text(course->greatest()) + " Pa");
@@ -123,11 +120,11 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
 }
 
 Air Airflow::air(double time) const {
-  if (options_.course) return {options_.course->at(time), options_.air_density};
+  const double pressure = options_.course ? options_.course->at(time) : options_.subglottal_pressure;
   const double rise = options_.rise;
-  if (time >= rise) return {options_.subglottal_pressure, options_.air_density};
+  if (rise == 0 || time >= rise) return {pressure, options_.air_density};
   const double sine = std::sin(0.5 * pi * std::max(time, 0.0) / rise);
-  return {options_.subglottal_pressure * sine * sine, options_.air_density};  // 1 - cos would cancel early on
+  return {pressure * sine * sine, options_.air_density};  // 1 - cos would cancel early on
 }
 
 FlowState Airflow::evaluate(const Vector& areas, const Air& air, bool stopped, std::optional<int> separation,

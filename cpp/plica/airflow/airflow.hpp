@@ -23,8 +23,8 @@ class Airflow {
   struct Options {
     double subglottal_pressure = Air{}.subglottal_pressure;  // Pa, > 0, from the end of its rise on
     double rise = 0.0;                                       // s, >= 0: how long the pressure rises from 0
-    std::optional<PressureCourse> course;  // the pressure over time, at most subglottal_pressure; without a rise
-    double air_density = Air{}.density;    // kg/m^3, > 0
+    std::optional<PressureCourse> course;                    // the pressure over time, at most subglottal_pressure
+    double air_density = Air{}.density;                      // kg/m^3, > 0
     std::variant<ViscousSlit, Bernoulli> model = ViscousSlit{};
     std::variant<CutSections, EllipticSections> area = CutSections{};
     std::variant<ReferenceShape, CurrentShape> load_shape = ReferenceShape{};
@@ -38,8 +38,8 @@ class Airflow {
 
   const Options& options() const { return options_; }
   /// The air that drives the flow at time t (s): its pressure is p_s (1 - cos(pi t / rise)) / 2 until t = rise,
-  /// p_s from then on, and continuous with its first derivative; or that of the course. All that drives the flow
-  /// by time is here.
+  /// p_s from then on, and continuous with its first derivative; p_s is that of the course at t, if there is one.
+  /// All that drives the flow by time is here.
   Air air(double time) const;
   const Sections& sections() const { return sections_; }
   /// Surface node numbers, ascending: the rows of nodal_pressure and, three each, of load_patterns.

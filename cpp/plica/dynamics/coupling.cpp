@@ -24,46 +24,26 @@ FlowState flow_through(const CoupledStep& step, const AirColumn& air, Instant at
 
 /// Under the load of the flow through the sections as they are then; the residual is by how much that through the
 /// sections where they have come to differs from it.
-FlowRecord once(Instant at, AirColumn& air, CoupledStep& step) {
-  FlowRecord record;
-  record.sweeps = 1;
-  {
-    const Stopwatch watch(step.times().load);
-    record.state = flow_through(step, air, at);
+void once(Instant at, AirColumn& air, CoupledStep& step, std::optional<FlowRecord>& flow) {
+  if (flow) {
+    step.move_again();
+  } else {
+    {
+      const Stopwatch watch(step.times().load);
+      FlowRecord first;
+      first.state = flow_through(step, air, at);
+      first.sweeps = 1;
+      flow = std::move(first);
+    }
+    step.move(flow->state.on_walls(), at);
   }
-  const FlowState& taken = record.state;
-  step.move(taken.on_walls(), at);
   const Stopwatch watch(step.times().load);
   air.stop(step.blocks());
   const FlowState reached = flow_through(step, air, Instant::weighted);
-  record.residual = pressure_difference(air.airflow(), reached.pressure, taken.pressure);
-  return record;
+  flow->residual = pressure_difference(air.airflow(), reached.pressure, flow->state.pressure);
 }
 
-}  // namespace
-
-Instant load_instant(const Coupling& coupling) {
-  return std::holds_alternative<Lagged>(coupling) ? Instant::last : Instant::weighted;
-}
-
-double pressure_difference(const Airflow& flow, const Vector& one, const Vector& other) {
-  return (one - other).cwiseAbs().maxCoeff() / flow.options().subglottal_pressure;
-}
-
-void Iterated::validate() const {
-  if (!(tolerance > 0) || !std::isfinite(tolerance))
-    throw InvalidInput("Iterated", "tolerance", tolerance, "subglottal pressures", "> 0 and finite");
-  if (max_sweeps < 1) throw InvalidInput("Iterated", "max_sweeps", max_sweeps, "", ">= 1");
-  if (freeze_after < 1) throw InvalidInput("Iterated", "freeze_after", freeze_after, "", ">= 1");
-}
-
-FlowRecord couple(const Lagged&, AirColumn& air, CoupledStep& step) { return once(Instant::last, air, step); }
-
-FlowRecord couple(const Extrapolated&, AirColumn& air, CoupledStep& step) {
-  return once(Instant::weighted, air, step);
-}
-
-FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
+FlowRecord iterate(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
   AirwayPressure pressure = flow_through(step, air, Instant::weighted).on_walls();
   Anderson mixing(depth);
@@ -101,8 +81,29 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
   }
 }
 
-FlowRecord couple(const Coupling& coupling, AirColumn& air, CoupledStep& step) {
-  return std::visit([&](const auto& chosen) { return couple(chosen, air, step); }, coupling);
+}  // namespace
+
+Instant load_instant(const Coupling& coupling) {
+  return std::holds_alternative<Lagged>(coupling) ? Instant::last : Instant::weighted;
+}
+
+double pressure_difference(const Airflow& flow, const Vector& one, const Vector& other) {
+  return (one - other).cwiseAbs().maxCoeff() / flow.options().subglottal_pressure;
+}
+
+void Iterated::validate() const {
+  if (!(tolerance > 0) || !std::isfinite(tolerance))
+    throw InvalidInput("Iterated", "tolerance", tolerance, "subglottal pressures", "> 0 and finite");
+  if (max_sweeps < 1) throw InvalidInput("Iterated", "max_sweeps", max_sweeps, "", ">= 1");
+  if (freeze_after < 1) throw InvalidInput("Iterated", "freeze_after", freeze_after, "", ">= 1");
+}
+
+void couple(const Coupling& coupling, AirColumn& air, CoupledStep& step, std::optional<FlowRecord>& flow) {
+  const auto* iterated = std::get_if<Iterated>(&coupling);
+  if (!iterated) return once(load_instant(coupling), air, step, flow);
+  const int sweeps = flow ? flow->sweeps : 0;
+  flow = iterate(*iterated, air, step);
+  flow->sweeps += sweeps;
 }
 
 }  // namespace plica

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <variant>
 
 #include "plica/airflow/air_column.hpp"
@@ -19,6 +20,9 @@ class CoupledStep {
   virtual AirwayExpansion expansion(Instant at) const = 0;
   /// Moves it under this pressure, which acts on the tissue where it is `at`.
   virtual void move(const AirwayPressure& pressure, Instant at) = 0;
+  /// Moves it under the load that it has, as another force of its tissue asks for; that of linear tissue never
+  /// does.
+  virtual void move_again() {}
   /// Whether contact, nodes or edges, lies in the middle of the glottis.
   virtual bool blocks() const = 0;
   virtual StepTimes& times() const = 0;
@@ -49,10 +53,8 @@ CoupledStep::Instant load_instant(const Coupling& coupling);
 double pressure_difference(const Airflow& flow, const Vector& one, const Vector& other);
 
 /// Moves the step, which has begun for the air too, under the pressure of the flow through it, and says what the
-/// flow did.
-FlowRecord couple(const Lagged& coupling, AirColumn& air, CoupledStep& step);
-FlowRecord couple(const Extrapolated& coupling, AirColumn& air, CoupledStep& step);
-FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step);
-FlowRecord couple(const Coupling& coupling, AirColumn& air, CoupledStep& step);
+/// flow did. `flow` is what it did in the step's rounds before, each with another force of the tissue, and none in
+/// the first: a coupling that does not iterate keeps the load of that one, another counts its sweeps on.
+void couple(const Coupling& coupling, AirColumn& air, CoupledStep& step, std::optional<FlowRecord>& flow);
 
 }  // namespace plica

@@ -18,6 +18,12 @@ namespace {
   throw InvalidInput("Simulation: central differences with " + what + "; must be " + instead + ".");
 }
 
+[[noreturn]] void refuse_step(double h, double largest, const std::string& where) {
+  throw InvalidInput(
+      "Simulation", "step", h, "s", "<= " + number_text(largest) + " s",
+      "Central differences are not stable with longer ones" + where + "; hht and newmark are with any.");
+}
+
 void require_explicit(const Scene& scene, const Motion::Options& options) {
   if (options.mass != CellMass::lumped) refuse("a consistent mass", "a lumped one: nothing is solved for");
   if (scene.reduction) refuse("a reduction", "another scheme, whose steps of few coordinates are not limited");
@@ -107,38 +113,58 @@ ExplicitMotion::ExplicitMotion(const Scene& scene, const Motion& motion)
     : motion_(motion),
       mass_((require_explicit(scene, motion.options()), diagonal(motion.mass()))),
       inverse_mass_(inverse(mass_, motion.supports())),
-      stable_(inverse_mass_, motion.stiffness(), motion.viscosity()),
+      stable_(inverse_mass_, StableStep::slopes_of(motion.stiffness(), motion.viscosity())),
       contact_stiffness_(stiffness_of_all(scene, {inverse_mass_, motion.images()})),
       eigenvalue_(stable_.eigenvalue(motion.step())) {
   const double h = motion.step();
-  if (eigenvalue_ + 0.25 * h * h * contact_stiffness_ <= 1) return;
-  throw InvalidInput("Simulation", "step", h, "s", "<= " + number_text(largest_step()) + " s",
-                     "Central differences are not stable with longer ones; hht and newmark are with any.");
+  if (eigenvalue_ + 0.25 * h * h * contact_stiffness_ > 1) refuse_step(h, largest_step(), "");
+  if (motion.excess()) watch_.emplace(motion, inverse_mass_);
 }
 
-void ExplicitMotion::require_stable(const Contacts& contacts) const {
+void ExplicitMotion::require_stable(const State& now, const Contacts& contacts) {
   const auto [value, node] = contact_stiffness(contacts, {inverse_mass_, motion_.images()});
   const double h = motion_.step();
-  if (eigenvalue_ + 0.25 * h * h * value <= 1) return;
-  throw SolveFailed("Contact: its stiffness at node " + std::to_string(node) + " asks for steps of at most " +
-                    number_text(stable_.largest(value)) + " s; the step is " + number_text(h) +
-                    " s. Shorten the step, or lower the stiffness of the penalty.");
+  const auto fail = [&](const std::string& what, double largest, const std::string& remedy) {
+    throw SolveFailed(what + " asks for steps of at most " + number_text(largest) + " s; the step is " +
+                      number_text(h) + " s. Shorten the step, or " + remedy);
+  };
+  const auto of_contact = [&](double largest) {
+    fail("Contact: its stiffness at node " + std::to_string(node), largest, "lower the stiffness of the penalty.");
+  };
+  if (!watch_) {
+    if (eigenvalue_ + 0.25 * h * h * value > 1) of_contact(stable_.largest(value));
+    return;
+  }
+  const auto too_long = watch_->at(now.displacement, now.step, value);
+  if (!too_long) return;
+  if (too_long->with_tissue_alone)
+    fail("tissue at finite strain: its stiffness as it is deformed now, most in " +
+             motion_.excess()->cell_text(too_long->stiffest) + ",",
+         too_long->largest, "take hht or newmark, which are stable with any.");
+  of_contact(too_long->largest);
 }
 
 Vector ExplicitMotion::momentum(const Vector& velocity) const { return mass_.cwiseProduct(velocity); }
 
 Ledger ExplicitMotion::opened_ledger(const State& state) const {
-  return plica::opened_ledger(state, momentum(state.velocity));
+  return plica::opened_ledger(state, momentum(state.velocity), motion_.excess());
 }
 
 Ledger ExplicitMotion::continued_ledger(const State& before, const State& now) const {
   const Vector still = Vector::Zero(before.step == 0 ? mass_.size() : 0);  // no step of theirs is shifted
-  return plica::continued_ledger(
-      {motion_.scheme(), motion_.step(), motion_.viscosity().has_value(), still, motion_.massless()}, before, now,
-      momentum(now.velocity));
+  return plica::continued_ledger({motion_.scheme(), motion_.step(), motion_.viscosity().has_value(), still,
+                                  motion_.massless(), motion_.excess()},
+                                 before, now, momentum(now.velocity));
 }
 
 void ExplicitMotion::accelerate(const State& last, const Vector& velocity, State& now) const {
+  if (const ExcessForce* law = motion_.excess()) {
+    ExcessForce::Force excess;
+    if (const auto cell = law->at(now.displacement, velocity, excess)) law->fail_inside_out(*cell, "");
+    now.elastic_excess = std::move(excess.elastic);
+    now.viscous_excess = std::move(excess.viscous);
+  }
+  const bool nonlinear = now.elastic_excess.size() > 0, dashed = now.viscous_excess.size() > 0;
   const double h = motion_.step();
   const bool first = last.acceleration.size() == 0, touching = now.contact_force.size() > 0;
   const BlockMatrix& K = motion_.stiffness();
@@ -155,6 +181,8 @@ void ExplicitMotion::accelerate(const State& last, const Vector& velocity, State
           C->multiply_rows(begin, end, velocity, now.viscous_force);
           part(now.acceleration) -= part(now.viscous_force);
         }
+        if (nonlinear) part(now.acceleration) -= part(now.elastic_excess);
+        if (dashed) part(now.acceleration) -= part(now.viscous_excess);
         if (touching) part(now.acceleration) += part(now.contact_force);
         part(now.acceleration).array() *= part(inverse_mass_).array();
         part(now.inertial_force) = part(mass_).cwiseProduct(part(now.acceleration));
@@ -164,12 +192,19 @@ void ExplicitMotion::accelerate(const State& last, const Vector& velocity, State
   now.weighted_elastic_force = now.elastic_force;
 }
 
-void ExplicitMotion::begin(State& state) const { accelerate(State{}, state.velocity, state); }
+void ExplicitMotion::begin(State& state) {
+  if (motion_.excess()) {
+    motion_.excess()->at_start(state.displacement, state.velocity);
+    if (const auto too_long = watch_->at(state.displacement, state.step, 0.0))
+      refuse_step(motion_.step(), too_long->largest, " where the tissue is at t = 0");
+  }
+  accelerate(State{}, state.velocity, state);
+}
 
 /// Where it leads is known from the beginning.
 class ExplicitStep final : public NodalStep {
  public:
-  ExplicitStep(const ExplicitMotion& motion, const State& last, Vector scene_load, const SceneFlow* flow,
+  ExplicitStep(ExplicitMotion& motion, const State& last, Vector scene_load, const SceneFlow* flow,
                SceneContact* contact, StepTimes& times);
 
   Vector areas(Instant at) const override { return flow_->areas(positions(at)); }
@@ -190,8 +225,10 @@ class ExplicitStep final : public NodalStep {
   const Contacts& contacts() const override { return contacts_; }
   const Points& x_previous() const override { return x_previous_; }
   int iterations() const override { return 0; }
+  int evaluations() const override { return explicit_.motion_.excess() ? 1 : 0; }
 
  private:
+  void take_contacts();  // at x_
   const Points& positions(Instant at) const { return at == Instant::last ? x_previous_ : x_; }
 
   const ExplicitMotion& explicit_;
@@ -206,8 +243,8 @@ class ExplicitStep final : public NodalStep {
   Contacts contacts_;
 };
 
-ExplicitStep::ExplicitStep(const ExplicitMotion& motion, const State& last, Vector scene_load,
-                           const SceneFlow* flow, SceneContact* contact, StepTimes& times)
+ExplicitStep::ExplicitStep(ExplicitMotion& motion, const State& last, Vector scene_load, const SceneFlow* flow,
+                           SceneContact* contact, StepTimes& times)
     : explicit_(motion),
       last_(last),
       scene_load_(std::move(scene_load)),
@@ -232,11 +269,17 @@ ExplicitStep::ExplicitStep(const ExplicitMotion& motion, const State& last, Vect
     x_previous_ = nodes.positions(last.displacement);
     x_ = nodes.positions(now_.displacement);
   }
+  take_contacts();
+  const Stopwatch watch(nodes.excess() ? times_.tissue : times_.contact);
+  motion.require_stable(now_, contacts_);
+}
+
+void ExplicitStep::take_contacts() {
   if (contact_ == nullptr) return;
+  const Motion& nodes = explicit_.motion_;
   const Stopwatch watch(times_.contact);
-  contact_->begin(x_previous_, last.depth);
-  contacts_ = contact_->forces_at(x_, x_previous_, last);
-  explicit_.require_stable(contacts_);
+  contact_->begin(x_previous_, last_.depth);
+  contacts_ = contact_->forces_at(x_, x_previous_, last_);
   now_.contact_force = Vector::Zero(x_.size());
   if (contacts_.any_force()) contacts_.add_forces(now_.contact_force);
   now_.contact_force = nodes.folded(std::move(now_.contact_force));
@@ -257,7 +300,7 @@ void ExplicitStep::complete() {
 }
 
 std::unique_ptr<NodalStep> ExplicitMotion::step(const State& last, Vector scene_load, const SceneFlow* flow,
-                                                SceneContact* contact, StepTimes& times) const {
+                                                SceneContact* contact, StepTimes& times) {
   return std::make_unique<ExplicitStep>(*this, last, std::move(scene_load), flow, contact, times);
 }
 

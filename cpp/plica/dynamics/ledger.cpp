@@ -39,28 +39,22 @@ void add_excess(const ExcessForce& law, double alpha, const State& before, const
 
 }  // namespace
 
-Ledger opened_ledger(const State& state, const Vector& momentum) {
+Ledger opened_ledger(const State& state, const Vector& momentum, const ExcessForce* excess) {
   Ledger ledger;
   take_energies(state, momentum, ledger);
+  if (excess) ledger.elastic = excess->energy(state.displacement);
   ledger.initial = ledger.kinetic + ledger.elastic;
   return ledger;
 }
 
 Ledger opened_ledger(const Motion& motion, const State& state) {
-  Ledger ledger = opened_ledger(state, motion.mass() * state.velocity);
-  if (motion.excess()) {
-    ledger.elastic = motion.excess()->energy(state.displacement);
-    ledger.initial = ledger.kinetic + ledger.elastic;
-  }
-  return ledger;
+  return opened_ledger(state, motion.mass() * state.velocity, motion.excess());
 }
 
 Ledger continued_ledger(const Motion& motion, const State& before, const State& now) {
-  Ledger ledger = continued_ledger(
-      {motion.scheme(), motion.step(), motion.viscosity().has_value(), motion.start().shift, motion.massless()},
-      before, now, motion.mass() * now.velocity);
-  if (motion.excess()) add_excess(*motion.excess(), motion.scheme().alpha, before, now, ledger);
-  return ledger;
+  return continued_ledger({motion.scheme(), motion.step(), motion.viscosity().has_value(), motion.start().shift,
+                           motion.massless(), motion.excess()},
+                          before, now, motion.mass() * now.velocity);
 }
 
 Ledger continued_ledger(const LedgerMotion& motion, const State& before, const State& now,
@@ -96,15 +90,17 @@ Ledger continued_ledger(const LedgerMotion& motion, const State& before, const S
       0.5 * du.dot(now.weighted_elastic_force + before.weighted_elastic_force - now.elastic_force -
                    before.elastic_force) -
       late;
-  if (!first) return ledger;
-  ledger.numerical_loss += 0.5 * motion.shift.dot(now.inertial_force + before.inertial_force);
-  // What was out of balance at nodes without mass at t = 0 is so no more: they have moved at once.
-  for (const auto node : motion.massless) {
-    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
-    Vector3 force = before.load.segment<3>(at) - before.weighted_elastic_force.segment<3>(at);
-    if (viscous) force -= before.viscous_force.segment<3>(at);
-    ledger.numerical_loss += 0.5 * du.segment<3>(at).dot(force);
+  if (first) {
+    ledger.numerical_loss += 0.5 * motion.shift.dot(now.inertial_force + before.inertial_force);
+    // What was out of balance at nodes without mass at t = 0 is so no more: they have moved at once.
+    for (const auto node : motion.massless) {
+      const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
+      Vector3 force = before.load.segment<3>(at) - before.weighted_elastic_force.segment<3>(at);
+      if (viscous) force -= before.viscous_force.segment<3>(at);
+      ledger.numerical_loss += 0.5 * du.segment<3>(at).dot(force);
+    }
   }
+  if (motion.excess) add_excess(*motion.excess, alpha, before, now, ledger);
   return ledger;
 }
 

@@ -6,6 +6,7 @@
 
 namespace plica {
 
+class ExcessForce;
 class Motion;
 struct State;
 struct SchemeCoefficients;
@@ -42,10 +43,11 @@ struct LedgerMotion {
   bool viscous;
   const Vector& shift;                        // m, Start::shift
   const std::vector<std::int32_t>& massless;  // nodes
+  const ExcessForce* excess = nullptr;        // null where tissue is linear
 };
 
 /// The ledger of a state of t = 0; momentum: M v of it.
-Ledger opened_ledger(const State& state, const Vector& momentum);
+Ledger opened_ledger(const State& state, const Vector& momentum, const ExcessForce* excess = nullptr);
 Ledger opened_ledger(const Motion& motion, const State& state);
 
 /// The ledger after the step from `before` to `now`, whose forces are known and whose M v is `momentum`.

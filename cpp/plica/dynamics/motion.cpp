@@ -95,12 +95,9 @@ Motion::Motion(const Scene& scene, const SymmetricPart* part, const Assembler& a
     for (std::vector<double>* values : matrices)
       for (double& value : *values) value *= part_->images.copies();
   }
-  if (scene.strain) {
-    if (is_explicit())
-      throw InvalidInput("Simulation: strain = finite with central differences; must be an implicit scheme.");
+  if (scene.strain)
     excess_.emplace(*scene.strain, part_ ? part_->mesh : scene.mesh, part_ ? part_->tissue : scene.tissue,
                     stiffness_, viscosity_, supports(), part_ ? part_->images.copies() : 1);
-  }
   if (is_explicit() || scene.reduction) return;
   step_matrix_ = assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, supports());
   solver_ = LinearSolver::make(*step_matrix_, options_.solver);
@@ -120,10 +117,7 @@ void Motion::begin(State& state) {
   StartForces forces{state.load - state.elastic_force, Vector::Zero(state.load.size())};
   if (viscosity_) forces.viscous = -(*viscosity_ * state.velocity);
   if (excess_) {
-    ExcessForce::Force excess;
-    if (const auto cell = excess_->at(state.displacement, state.velocity, excess))
-      throw InvalidInput("Scene: displacement at t = 0: " + excess_->cell_text(*cell) +
-                         " is inside out; must keep its orientation. Reduce the initial displacement.");
+    ExcessForce::Force excess = excess_->at_start(state.displacement, state.velocity);
     forces.elastic_and_load -= excess.elastic;
     if (viscosity_) forces.viscous -= excess.viscous;
     state.elastic_excess = std::move(excess.elastic);

@@ -97,7 +97,7 @@ ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_lo
   }
   step_->begin(last, scene_load, ends, times);
   if (air_)
-    taken.flow = couple(scene_.airflow->coupling, *air_, *step_);
+    couple(scene_.airflow->coupling, *air_, *step_, taken.flow);
   else
     step_->move();
   step_->end(now);

@@ -38,8 +38,6 @@ void refuse_beside_finite_strain(const Scene& scene) {
   if (scene.contact && scene.contact->surface_mass == SurfaceMass::redistributed)
     refuse(
         "contact.surface_mass = \"redistributed\"; must be \"kept\": massless nodes start as linear tissue does.");
-  if (scene.airflow && !std::holds_alternative<Iterated>(scene.airflow->coupling))
-    refuse("a coupling that does not iterate; must be iterated: the step is found in rounds with the flow.");
   for (const Material& material : scene.tissue.materials) StretchLaw{material};
 }
 

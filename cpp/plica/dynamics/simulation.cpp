@@ -209,12 +209,7 @@ void Simulation::advance() {
       // Contact at the end of an explicit step is known from its beginning.
       if (explicit_ && load_instant(coupling_) == AirColumn::Instant::weighted) air_->stop(step->blocks());
     }
-    const auto move = [&] {
-      if (!air_) return step->move();
-      const int sweeps = flow ? flow->sweeps : 0;
-      flow = couple(coupling_, *air_, *step);
-      flow->sweeps += sweeps;
-    };
+    const auto move = [&] { air_ ? couple(coupling_, *air_, *step, flow) : step->move(); };
     for (bool settled = false; !settled;) {
       try {
         move();

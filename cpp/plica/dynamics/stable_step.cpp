@@ -37,24 +37,27 @@ int lanczos_steps(std::ptrdiff_t unknowns, double eps, double delta) {
 
 }  // namespace
 
-StableStep::StableStep(const Vector& inverse_mass, const BlockMatrix& K, const std::optional<BlockMatrix>& C)
-    : scale_(inverse_mass.cwiseSqrt()), K_(K), C_(C) {}
+StableStep::StableStep(const Vector& inverse_mass, Slopes slopes)
+    : scale_(inverse_mass.cwiseSqrt()), slopes_(std::move(slopes)) {}
+
+StableStep::Slopes StableStep::slopes_of(const BlockMatrix& K, const std::optional<BlockMatrix>& C) {
+  return [&K, &C](const Vector& x, double elastic, double viscous) {
+    Vector image(x.size()), rates(C ? x.size() : 0);
+    for_chunks(K.pattern()->rows(), BlockMatrix::chunk_rows,
+               [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+                 const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
+                 K.multiply_rows(begin, end, x, image);
+                 image.segment(at, count) *= elastic;
+                 if (!C) return;
+                 C->multiply_rows(begin, end, x, rates);
+                 image.segment(at, count) += viscous * rates.segment(at, count);
+               });
+    return image;
+  };
+}
 
 Vector StableStep::product(const Vector& x, double h) const {
-  const Vector scaled = scale_.cwiseProduct(x);
-  Vector image(x.size()), viscous(C_ ? x.size() : 0);
-  for_chunks(K_.pattern()->rows(), BlockMatrix::chunk_rows,
-             [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-               const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
-               K_.multiply_rows(begin, end, scaled, image);
-               image.segment(at, count) *= 0.25 * h * h;
-               if (C_) {
-                 C_->multiply_rows(begin, end, scaled, viscous);
-                 image.segment(at, count) += h * viscous.segment(at, count);
-               }
-               image.segment(at, count).array() *= scale_.segment(at, count).array();
-             });
-  return image;
+  return scale_.cwiseProduct(slopes_(scale_.cwiseProduct(x), 0.25 * h * h, h));
 }
 
 double StableStep::eigenvalue(double h) const {

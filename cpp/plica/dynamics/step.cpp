@@ -95,6 +95,10 @@ void Step::weigh(const Vector& a, Vector& U, Vector& V) const {
 void Step::move() {
   load_ = scene_load_;
   if (contact_ == nullptr && !tissue_) return;
+  move_again();
+}
+
+void Step::move_again() {
   solve_free();
   take_positions();
   touch();

@@ -34,6 +34,7 @@ class Step final : public NodalStep {
   const Points& weighted_positions() const { return weighted_; }
   void move() override;
   void move(const AirwayPressure& pressure, Instant at) override;
+  void move_again() override;
   Vector areas(Instant at) const override;
   AirwayExpansion expansion(Instant at) const override;
   bool blocks() const override;

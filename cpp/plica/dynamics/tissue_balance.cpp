@@ -47,10 +47,7 @@ void TissueBalance::take(Guess guess) {
     sum_ = force_.sum();
     return;
   }
-  throw SolveFailed(
-      "tissue at finite strain: " + law_.cell_text(*cell) +
-      " turns inside out however little the step moves it; must keep its orientation. Take a shorter "
-      "time.step, less pressure, or stiffer tissue there.");
+  law_.fail_inside_out(*cell, " however little the step moves it");
 }
 
 bool TissueBalance::retreat() {

@@ -6,7 +6,7 @@
 
 #include "plica/core/error.hpp"
 #include "plica/core/require.hpp"
-#include "plica/tissue/element.hpp"
+#include "plica/tissue/deformation.hpp"
 #include "plica/tissue/stretch_law.hpp"
 
 namespace plica {
@@ -63,9 +63,6 @@ struct NodeCells {
     }
   }
 };
-
-/// Where its mass was measured.
-const Points& at_rest(const TetMesh& mesh) { return mesh.stretched() ? mesh.rest : mesh.points; }
 
 // Calls visit(cell, element) for every cell of the mesh with nodes there.
 template <class Visit>
@@ -178,16 +175,10 @@ NodalMatrix Assembler::mass(const Tissue& tissue) const {
 Vector Assembler::lumped_mass(const Tissue& tissue) const {
   tissue.validate(mesh_);
   Vector lumped = Vector::Zero(mesh_.node_count());
-  double local[100];
+  double local[10];
   for_each_cell(mesh_, at_rest(mesh_), [&](std::ptrdiff_t c, const Element& element) {
-    const int n = element.nodes();
-    element.mass(local);
-    // Row sums of the linear element are V / 4 each, which its scaled diagonal is as well.
-    double trace = 0;
-    for (int a = 0; a < n; ++a) trace += local[a * n + a];
-    const double density = tissue.materials[static_cast<std::size_t>(tissue.cell_material[c])].density;
-    const double scale = density * element.volume() / trace;
-    for (int a = 0; a < n; ++a) lumped[mesh_.cells(c, a)] += scale * local[a * n + a];
+    element.lumped_mass(tissue.materials[static_cast<std::size_t>(tissue.cell_material[c])].density, local);
+    for (int a = 0; a < element.nodes(); ++a) lumped[mesh_.cells(c, a)] += local[a];
   });
   return lumped;
 }
@@ -199,34 +190,6 @@ BlockMatrix Assembler::stiffness(const Tissue& tissue) const {
   for (const Material& material : tissue.materials) D.push_back(elasticity_matrix(material));
   return assemble_blocks(mesh_, pattern_, scatter_, tissue.cell_material, D);
 }
-
-namespace {
-
-/// Where a cell is looked at, and for which share of its volume: once where its strain is the same everywhere.
-const TetrahedronRule& rule_of(const TetMesh& mesh) {
-  static const TetrahedronRule middle{{{0.25, 0.25, 0.25, 0.25}, 1.0}};
-  return mesh.order() == 1 ? middle : tetrahedron_rule_degree_5();
-}
-
-using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-
-/// dx/dX of a cell whose nodes are at x.
-Matrix3 deformation(const Points& x, const std::int32_t* cell, const Gradients& gradients) {
-  Matrix3 F = Matrix3::Zero();
-  for (std::ptrdiff_t a = 0; a < gradients.rows(); ++a) F += x.row(cell[a]).transpose() * gradients.row(a);
-  return F;
-}
-
-/// (6, 3) d(engineering strain)/d(node's place), g its shape function's gradient at rest.
-Eigen::Matrix<double, 6, 3> strain_slope(const Matrix3& F, const Vector3& g) {
-  Eigen::Matrix<double, 6, 3> B;
-  for (int k = 0; k < 3; ++k)
-    B.col(k) << F(k, 0) * g[0], F(k, 1) * g[1], F(k, 2) * g[2], F(k, 0) * g[1] + F(k, 1) * g[0],
-        F(k, 1) * g[2] + F(k, 2) * g[1], F(k, 2) * g[0] + F(k, 0) * g[2];
-  return B;
-}
-
-}  // namespace
 
 Assembler::Stretched Assembler::stretched(const Tissue& tissue, const Points& x) const {
   tissue.validate(mesh_);

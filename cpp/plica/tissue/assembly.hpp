@@ -40,7 +40,7 @@ class Assembler {
 
   const Pattern& pattern() const { return pattern_; }
   NodalMatrix mass(const Tissue& tissue) const;  // consistent, kg
-  /// (n) kg a node; row sums for linear, diagonal scaling (HRZ) for quadratic tetrahedra.
+  /// (n) kg a node: Element::lumped_mass summed.
   Vector lumped_mass(const Tissue& tissue) const;
   /// The mass matrix without mass at massless nodes. What they had is with the nodes behind them, so that the
   /// moving mass of every body is as it was and, of free ones, centre of mass and tensor of inertia too; positive

@@ -211,6 +211,17 @@ void Element::mass(double* out) const {
   }
 }
 
+void Element::lumped_mass(double density, double* out) const {
+  double all[100];
+  const int n = nodes();
+  mass(all);
+  // Row sums of the linear element are V / 4 each, which its scaled diagonal is as well.
+  double trace = 0;
+  for (int a = 0; a < n; ++a) trace += all[a * n + a];
+  const double scale = density * volume() / trace;
+  for (int a = 0; a < n; ++a) out[a] = scale * all[a * n + a];
+}
+
 void Element::stiffness(const Matrix6& D, double* out) const {
   if (order_ == 1) {
     linear_blocks<true>(gradients_.data(), volume_, D.data(), out);

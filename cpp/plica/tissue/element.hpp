@@ -53,6 +53,9 @@ class Element {
   void load(double* out) const;
   /// out (nodes, nodes): int N_a N_b dV, m^3.
   void mass(double* out) const;
+  /// out (nodes): what of its mass lies at each node, kg; row sums for linear, diagonal scaling (HRZ) for
+  /// quadratic tetrahedra. density: kg/m^3.
+  void lumped_mass(double density, double* out) const;
   /// out (nodes, nodes) blocks (3, 3), row-major: int B_a^T D B_b dV, N/m; written for b >= a only.
   /// D (6, 6) symmetric, Pa.
   void stiffness(const Matrix6& D, double* out) const;

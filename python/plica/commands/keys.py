@@ -114,8 +114,12 @@ def _combinations() -> str:
         lines.append(title)
         for one in COMBINATIONS:
             if one.kind == kind:
-                text = f"{one.option} {one.relation}"
-                lines += textwrap.wrap(text, 100, initial_indent="  ", subsequent_indent="    ")
+                lines += textwrap.wrap(one.reason, 100, initial_indent="  ", subsequent_indent="  ")
+                for group in one.groups:
+                    text = f"- {', '.join(group.options)}: {group.must} with {', '.join(group.others)}."
+                    lines += textwrap.wrap(
+                        text + group.hint, 100, initial_indent="    ", subsequent_indent="      "
+                    )
         lines.append("")
     return "\n".join(lines).rstrip()
 

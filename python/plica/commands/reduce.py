@@ -25,7 +25,8 @@ examples:
   plica reduce runs/whole -o basis.h5 --scene voice.toml   of a whole run, for a scene with a symmetry
   plica reduce voice.toml -o basis.h5                      of modes and contact vectors
 
-and in the scenes:
+voice.toml is a scene in linear tissue, such as these lines: voice = "female" and without = ["strain"]; and
+in the scenes:
   [reduction]
   basis = "basis.h5"
 

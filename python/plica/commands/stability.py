@@ -38,6 +38,7 @@ examples:
   plica eigenmodes voice.toml -o runs/modes --count 50
   paraview runs/modes/eigenmodes.xdmf
 
+voice.toml is a scene, such as these lines: voice = "female" and without = ["strain"]
 In Python: plica.eigenmodes.
 """
 
@@ -61,10 +62,11 @@ how it compares with time steps.
 examples:
   plica onset voice.toml
   plica onset voice.toml --from "50 Pa" --to "2 kPa" -o runs/onset
-  plica onset voice.toml --at "0.8 kPa"       only the growth of oscillations at this pressure
+  plica onset voice.toml --at "0.4 kPa"       only the growth of oscillations at this pressure
   plica onset voice.toml --zeta 0.06          every mode damped alike, instead of by the tissue's viscosity
   plica onset voice.toml --offset             also the pressure at which a voice dies
 
+voice.toml is a scene in linear tissue, such as these lines: voice = "female" and without = ["strain"]
 In Python: plica.onset, plica.growth, plica.flow_equilibrium, plica.offset.
 """
 

@@ -59,6 +59,7 @@ examples:
   plica sweep sweeps/study --table                the cases and their main measures, also while it computes
   plica sweep sweeps/study --measures open_quotient,jitter        its files again, and the report of these
 
+voice.toml is a scene, such as one of this line: voice = "female"
 Needs pip install 'plica[sweep]'. In Python: plica.sweep.
 """
 _PLANNED = ("vary", "design", "samples", "seed", "waveforms", "keep")
@@ -126,9 +127,13 @@ def _names(text: str) -> tuple[str, ...]:
 def _sweep(options: argparse.Namespace) -> int:
     from plica import sweep
     from plica.storage.files import only_writer
+    from plica.sweep.store import require_sweep
 
     if options.source.is_dir():
-        _refuse(options, (*_PLANNED, *_COMPUTED), f"{options.source} is the directory of a sweep")
+        require_sweep(options.source)
+        why = f"{options.source} is the directory of a sweep"
+        _refuse(options, _PLANNED, why)
+        _refuse(options, _COMPUTED, f"{why}. To compute, repeat the command that made it, with this")
         found = sweep.Sweep.load(options.source)
         if options.table:
             print(found.text(options.measures))
@@ -201,6 +206,10 @@ def _concluded(found: Sweep, options: argparse.Namespace) -> int:
     counts = found.counts
     if not options.quiet:
         print(f"{len(found)} cases: {', '.join(f'{n} {name}' for name, n in counts.items() if n)}")
+        if cautions := found.caution_counts:
+            doubted = int((found.columns["cautions"] > 0).sum())
+            named = ", ".join(f"{name} {n}" for name, n in cautions.items())
+            print(f"cautions: {doubted} of {len(found)} cases have some ({named}), which the report explains")
         print(f"table: {found.directory / 'cases.csv'}\nreport: {report}")
     lost = counts["refused"] + counts["failed"]
     if not lost:

@@ -8,46 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import SceneError, nearest, one_of
 from plica.scene.held import places_at_rest
-from plica.scene.mesh.fold_surface import lesion_shares
+from plica.scene.lesion_cells import lesions_with_cells
 from plica.scene.mesh.lesion import Lesion
-from plica.scene.mesh.parts import Larynx
 from plica.scene.scene import Scene
 
 __all__ = ["lesion_cells", "lesion_text", "with_lesions"]
 
 _MOST = 0.5  # share of a cell from which a picture has it in the lesion
-
-
-def _lesions(
-    scene: Scene, mesh: _engine.TetMesh
-) -> list[tuple[Lesion, NDArray[np.intp], NDArray[np.float64]]]:
-    """Each lesion of a scene with its cells and by which share they are in it."""
-    folds = scene.mesh.folds if isinstance(scene.mesh, Larynx) else None
-    if folds is None or not folds.lesions:
-        return []
-    cells, side = np.asarray(mesh.cells), np.asarray(mesh.cell_side)
-    shares = lesion_shares(folds.surface(), places_at_rest(mesh), cells, side)
-    found = []
-    for k, (lesion, (own, share)) in enumerate(zip(folds.lesions, shares, strict=True)):
-        where = f"{scene.source}: mesh.folds.lesions[{k}]"
-        if lesion.layers is not None:
-            for j, name in enumerate(lesion.layers):
-                if name not in mesh.layer_names:
-                    raise SceneError(
-                        f'{where}.layers[{j}] = "{name}"; must be {one_of(mesh.layer_names)}.'
-                        f"{nearest(name, mesh.layer_names)}"
-                    )
-            wanted = [mesh.layer_names.index(name) for name in lesion.layers]
-            chosen = np.isin(np.asarray(mesh.cell_layer)[own], wanted)
-            own, share = own[chosen], share[chosen]
-        if not len(own):
-            raise SceneError(
-                f"{where}.size: no tissue of the mesh is in the lesion; must be larger, or the mesh finer."
-            )
-        found.append((lesion, own, share))
-    return found
 
 
 def with_lesions(
@@ -59,7 +27,7 @@ def with_lesions(
 ) -> NDArray[np.int32]:
     """The material of each cell (m) where lesions change it; adds those to the lists."""
     of_cell: dict[int, list[tuple[int, Lesion, float]]] = {}
-    for k, (lesion, cells, shares) in enumerate(_lesions(scene, mesh)):
+    for k, (lesion, cells, shares) in enumerate(lesions_with_cells(scene, mesh)):
         for cell, share in zip(cells.tolist(), shares.tolist(), strict=True):
             of_cell.setdefault(cell, []).append((k, lesion, share))
     found = cell_material.copy()
@@ -111,7 +79,7 @@ def _changed(tissue: _engine.Material, parts: list[tuple[Lesion, float]]) -> _en
 
 def lesion_cells(scene: Scene, mesh: _engine.TetMesh) -> list[NDArray[np.intp]]:
     """The cells that lie in each lesion by more than half."""
-    return [cells[shares > _MOST] for _, cells, shares in _lesions(scene, mesh)]
+    return [cells[shares > _MOST] for _, cells, shares in lesions_with_cells(scene, mesh)]
 
 
 def lesion_text(scene: Scene, mesh: _engine.TetMesh) -> str:
@@ -120,5 +88,5 @@ def lesion_text(scene: Scene, mesh: _engine.TetMesh) -> str:
     return "".join(
         f"\nlesion {k} ({lesion.fold}): {1e9 * float(shares @ volumes[cells]):.3g} mm^3 of tissue in "
         f"{len(cells)} tetrahedra, {np.count_nonzero(shares == 1)} of them all within"
-        for k, (lesion, cells, shares) in enumerate(_lesions(scene, mesh))
+        for k, (lesion, cells, shares) in enumerate(lesions_with_cells(scene, mesh))
     )

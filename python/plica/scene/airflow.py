@@ -170,7 +170,7 @@ class Airflow(Part):
     final value if it rises, the greatest if it has a course."""
     rise: Annotated[Time, Field(ge=0)] = Field(default_factory=engine_default("Airflow", "rise"))
     """[s] Time over which the pressure rises from 0 to its value, as half a cosine: p (1 - cos(pi t / rise))
-    / 2. 0: it is there at once, and strains the tissue more than the voice does."""
+    / 2; p may have a course. 0: it is there at once, and strains the tissue more than the voice does."""
     course: Course | None = None
     """The subglottal pressure over time, e.g. ``{time = ["50 ms", "0.4 s"], pressure = ["0.8 kPa",
     "0.2 kPa"]}``; `subglottal_pressure` is then left out. Default: it stays as it is."""

@@ -5,6 +5,7 @@ Each function in `CHECKS` is one check and has the name of its caution; docs/cau
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,6 +19,7 @@ from plica.measures.caution import Caution
 from plica.measures.contour import narrowest_gap, rest_contour
 from plica.scene.held import MeshArrays, fixed_components, places_at_rest
 from plica.scene.initial import initial_fields
+from plica.scene.lesion_cells import lesions_with_cells
 from plica.scene.mesh.folds import Folds
 from plica.scene.mesh.overlap import find_overlap
 from plica.scene.mesh.parts import Larynx, MeshFile
@@ -31,6 +33,7 @@ __all__ = ["CHECKS", "Bodies", "body_cautions"]
 _FREE_END = 0.5  # share of its area; of an end that is held, edges may be free
 _SAME_GAP = 0.2  # of that at rest
 _MUCH_OF_A_BUMP = 0.9  # that a node of the mesh has to have
+_FEW_CELLS = 2  # of whose tissue a lesion is no patch of its own
 _IN_PLANE = 1e-9  # of the mesh's extent
 _ACROSS = np.cos(np.pi / 4)  # of the angle between y and the normal of an end's faces
 
@@ -282,6 +285,37 @@ def unused_stiffening(bodies: Bodies) -> Caution | None:
     )
 
 
+def unused_friction(bodies: Bodies) -> Caution | None:
+    """Friction is given to the contact of a scene with a symmetry: mirror images do not slide along each
+    other, so that it does nothing."""
+    contact, symmetry = bodies.scene.contact, bodies.scene.symmetry
+    if contact is None or contact.friction is None or symmetry is None:
+        return None
+    return Caution(
+        "unused_friction",
+        f'contact.friction = {contact.friction:g} has no effect with symmetry = "{symmetry}": mirror images '
+        "do not slide along each other.",
+        "Leave it out; or leave symmetry out, where left and right differ.",
+    )
+
+
+def unused_gap(bodies: Bodies) -> Caution | None:
+    """A larynx has ``gap``, ``left_gap`` and ``right_gap``, which do not agree: both sides say how far apart
+    the folds are, and ``gap`` only how far outward the wall is."""
+    folds = _folds(bodies.scene)
+    if folds is None or folds.left_gap is None or folds.right_gap is None:
+        return None
+    both = folds.left_gap + folds.right_gap
+    if folds.gap == Folds.model_fields["gap"].default or math.isclose(folds.gap, both):
+        return None
+    return Caution(
+        "unused_gap",
+        f"mesh.folds.gap = {1e3 * folds.gap:.4g} mm only sets where the wall is: left_gap and right_gap hold "
+        f"the folds {1e3 * both:.4g} mm apart.",
+        "Leave gap out, or one of the sides, which then is half of gap.",
+    )
+
+
 def posture_gap(bodies: Bodies) -> Caution | None:
     """The posture makes the glottis more than a fifth narrower or wider than at rest, where it is narrowest
     in its middle plane: tissue that contracts less than what holds it fills the gap, tissue that contracts
@@ -301,23 +335,46 @@ def posture_gap(bodies: Bodies) -> Caution | None:
     )
 
 
+def unused_lesion(bodies: Bodies) -> Caution | None:
+    """A lesion has the tissue around it and does not protrude: it changes nothing."""
+    folds = _folds(bodies.scene)
+    for k, lesion in enumerate(folds.lesions if folds else ()):
+        if not lesion.changes_tissue and not lesion.protrusion:
+            return Caution(
+                "unused_lesion",
+                f"mesh.folds.lesions[{k}] changes nothing: stiffness and viscosity are 1, density is that of "
+                "the tissue, protrusion is 0.",
+                "Give it one of these, or leave it out.",
+            )
+    return None
+
+
 def coarse_lesion(bodies: Bodies) -> Caution | None:
-    """What protrudes of a lesion falls between the nodes of the mesh: the airway has none near its top."""
+    """A lesion falls between the nodes of the mesh: none is near the top of what protrudes, or the tissue
+    that it changes is less than that of two cells."""
     folds = _folds(bodies.scene)
     if folds is None or not folds.lesions:
         return None
     nodes = np.unique(np.asarray(bodies.mesh.surfaces["airway"]))
     _, y, z = places_at_rest(bodies.mesh)[nodes].T
-    for k, lesion in enumerate(folds.lesions):
-        seen = float(lesion.bump(y, z, folds.middle_of(lesion)).max())
-        if seen < _MUCH_OF_A_BUMP * lesion.protrusion:
-            return Caution(
-                "coarse_lesion",
-                f"mesh.folds.lesions[{k}] protrudes by {1e3 * lesion.protrusion:.3g} mm, and at no node "
-                f"of the mesh by more than {1e3 * seen:.3g} mm.",
-                "Take more mesh lines around the airway, mesh.options.around, a smaller mesh.options.size, "
-                "or a larger lesion.",
+    for k, (lesion, cells, shares) in enumerate(lesions_with_cells(bodies.scene, bodies.mesh)):
+        top = float(lesion.bump(y, z, folds.middle_of(lesion)).max())
+        tissue = float(shares.sum())
+        if top < _MUCH_OF_A_BUMP * lesion.protrusion:
+            seen = (
+                f"protrudes by {1e3 * lesion.protrusion:.3g} mm, and at no node of the mesh by more than "
+                f"{1e3 * top:.3g} mm."
             )
+        elif lesion.changes_tissue and tissue < _FEW_CELLS:
+            seen = f"has the tissue of {tissue:.2g} cells of the mesh, in parts of {len(cells)}."
+        else:
+            continue
+        return Caution(
+            "coarse_lesion",
+            f"mesh.folds.lesions[{k}] {seen}",
+            "Take more mesh lines around the airway, mesh.options.around, a smaller mesh.options.size, "
+            "or a larger lesion.",
+        )
     return None
 
 
@@ -333,6 +390,9 @@ CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
     turned_airway,
     wall_not_held,
     unused_stiffening,
+    unused_friction,
+    unused_gap,
     posture_gap,
+    unused_lesion,
     coarse_lesion,
 )

@@ -4,479 +4,249 @@ from __future__ import annotations
 
 from typing import Any
 
-from plica.scene import composition_faults as faults
-from plica.scene.combination import Combination
+from plica.scene.combination import PARTS, Choice, Combination, Fault, at, each, key
 from plica.scene.part import problem
 
 __all__ = ["COMBINATIONS", "require_combinable"]
 
 
 def require_combinable(part: Any) -> None:
-    """Raise for the first combination of a part that is refused."""
+    """Raise for the first combination of a scene, or of a part alone, that is refused."""
     for combination in COMBINATIONS:
-        if combination.of == type(part).__name__ and (fault := combination.found(part)) is not None:
-            path, value = fault
-            raise problem(combination.relation, *path, **({} if value is None else {"value": value}))
+        for option, other in combination.pairs:
+            if other.found(part) is not None and (fault := option.found(part)) is not None:
+                path, value = fault
+                shown = {} if value is None else {"value": value}
+                inside = path[1:] if type(part).__name__ in PARTS else path
+                raise problem(combination.relation(option, other), *inside, **shown)
 
+
+def _boxes(scene: Any) -> Fault:
+    return ((), None) if type(at(scene, "mesh")).__name__ in ("Block", "Blocks") else None
+
+
+def _no_airflow(scene: Any) -> Fault:
+    return ((), None) if at(scene, "airflow") is None else None
+
+
+def _turned_direction(part: Any) -> Fault:
+    """Another direction than the default, which a scene that is stored has."""
+    contact = at(part, "contact")
+    if contact is None or contact.direction == type(contact).model_fields["direction"].default:
+        return None
+    return ("contact", "direction"), list(contact.direction)
+
+
+def _varying_load(scene: Any) -> Fault:
+    """The first load that varies."""
+    loads = enumerate(at(scene, "loads") or ())
+    return next(((("loads", k, "frequency"), load.frequency) for k, load in loads if load.frequency), None)
+
+
+def _unlike_sides(scene: Any) -> Fault:
+    return ((), None) if at(scene, "mesh.folds.unlike_sides") else None
+
+
+def _labelled_sides(part: Any) -> Fault:
+    sides = at(part, "mesh.sides")
+    return None if sides is None or isinstance(sides, str) else (("mesh", "sides"), None)
+
+
+def _selected_side(part: Any) -> Fault:
+    """A selection of one side."""
+    for name, wanted in (at(part, "mesh.surfaces") or {}).items():
+        if (side := getattr(wanted, "side", None)) is not None:
+            return ("mesh", "surfaces", name, "side"), side
+    return None
+
+
+def _named_side(part: Any) -> Fault:
+    names = (name for name in at(part, "mesh.surfaces") or {} if name.endswith(("_left", "_right")))
+    return next(((("mesh", "surfaces", name), None) for name in names), None)
+
+
+def _other_than_multipliers(scene: Any) -> Fault:
+    if (contact := at(scene, "contact")) is None:
+        return None
+    if contact.multipliers is None:
+        return ("contact", contact.chosen), None
+    position = contact.multipliers.position
+    return None if position == "end_of_step" else (("contact", "multipliers", "position"), position)
+
+
+def _mirrored_reduction(scene: Any) -> Fault:
+    return _REDUCTION.found(scene) if at(scene, "symmetry") else None
+
+
+_NO_AIRFLOW = Choice("no airflow", _no_airflow)
+_TUBES = [key(name, hint="Nothing flows there. Add [airflow].") for name in ("tract", "trachea")]
+_COURSE = key("airflow.course", hint="The pressure follows from the flow.")
+_RISES = key("airflow.rise", must="must be 0 s", name="airflow.rise > 0")
+_AT_ONCE = key(
+    "airflow.rise", 0, must="must be > 0 s", hint="Give the time over which the pressure rises, such as 5 ms."
+)
+_SUPPLIED_FLOW = key("trachea.supply.flow", must="must be a supply of pressure")
+_CLOSED = key("tract.end", "closed", must='must be "open" or "reflecting"')
+_NOT_ITERATED = key("airflow.coupling", "lagged", "extrapolated", must='must be "iterated"')
+_CURRENT_SHAPE = key("airflow.load_shape", "current", must='must be "reference"')
+_BERNOULLI = key(
+    "airflow.model.bernoulli",
+    must="must be another model",
+    hint="Its flow jumps with the section of separation, between which no turn finds a balance.",
+)
+_ELLIPTIC = key(
+    "airflow.area",
+    "elliptic",
+    must='must be "cut"',
+    hint="A glottis with a chink, or in which a lesion stands, is no ellipse.",
+)
+
+_EQUILIBRIUM = key("initial.equilibrium", must="must be false")
+_IN_THE_FLOW = key(
+    "initial.equilibrium",
+    "flow",
+    must="must be true or false",
+    hint="There is no flow to be in equilibrium with; true is the one under gravity and loads.",
+)
+_OPENINGS = [
+    key(f"initial.opening_{name}", hint="A block has no glottis. Use initial.velocity or displacement.")
+    for name in ("velocity", "displacement")
+]
+_VARYING_LOAD = Choice("loads.frequency > 0", _varying_load, "must be 0 Hz")
+
+_BOXES = Choice(
+    "mesh.block or mesh.blocks",
+    _boxes,
+    hint="All boxes are divided along the same diagonals. Use a larynx, or a symmetric mesh file.",
+)
+_UNLIKE_SIDES = Choice(
+    "mesh.folds.lesions, mesh.folds.left_gap, mesh.folds.right_gap",
+    _unlike_sides,
+    hint='Left and right differ. With voice: without = ["symmetry"].',
+)
+_LESIONS, _CHINK = key("mesh.folds.lesions"), key("mesh.folds.posterior_chink")
+_MIRROR = key("mesh.mirror")
+_LABELLED_SIDES = Choice("mesh.sides of labels", _labelled_sides, 'must be "x" or left out')
+_SELECTED_SIDE = Choice("mesh.surfaces.NAME.side", _selected_side, "must be left out")
+_NAMED_SIDE = Choice(
+    "mesh.surfaces.NAME_left, mesh.surfaces.NAME_right",
+    _named_side,
+    "must be named without the side",
+    "The surface NAME becomes NAME_left and NAME_right.",
+)
+
+_DIRECTION = Choice(
+    "contact.direction", _turned_direction, "must be left out", "A triangulated airway has no direction."
+)
+_TRIANGULATED = key("contact.airway", "triangulated", must='must be "matched"')
+_MORTAR = key("contact.faces", "mortar", must='must be "nodes"')
+_PENALTY, _VOLUME_PENALTY = key("contact.penalty"), key("contact.volume_penalty")
+_NITSCHE = key("contact.nitsche", must="must be another method", hint="Use contact.multipliers.")
+_SOLVED = [
+    key(f"contact.{name}", hint="Use contact.penalty or contact.volume_penalty.")
+    for name in ("multipliers", "augmented", "nitsche")
+]
+_REDISTRIBUTED = key("contact.surface_mass", "redistributed", must='must be "kept"')
+_FRICTION = key(
+    "contact.friction", hint='Use contact.multipliers (solver "auto" or "condensed") or contact.augmented.'
+)
+_UNCONDENSED = key("contact.multipliers.solver", "saddle", "gmres")
+_OTHER_THAN_MULTIPLIERS = Choice(
+    "contact other than multipliers at the end of the step",
+    _other_than_multipliers,
+    "must be by multipliers, gaps closed at the end of the step",
+    "Mirror images meet in their plane, which needs no other.",
+)
+
+_CONSISTENT = key("time.mass", "consistent", must='must be "lumped"')
+_EXPLICIT = key("time.scheme.central_differences")
+_SYMMETRY, _POSTURE, _REDUCTION = key("symmetry"), key("posture"), key("reduction")
+_QUARTER = key("symmetry", "quarter", must='must be "half", or left out', hint="Front and back differ.")
+_MIRRORED_REDUCTION = Choice("reduction and symmetry", _mirrored_reduction)
+_STRAIN = key("strain", hint='With voice: without = ["strain"], softer tissue with another pitch.')
 
 COMBINATIONS = (
     Combination(
-        "Scene",
-        "contact.nitsche",
-        "posture",
-        "must be another method",
-        "it sees the stress of tissue at rest. Use contact.multipliers.",
-        "construction",
-        lambda scene: (("contact", "nitsche"), None) if scene.posture and faults.has_nitsche(scene) else None,
-    ),
-    Combination(
-        "Scene",
-        'contact.surface_mass = "redistributed"',
-        "posture",
-        'must be "kept"',
-        "where mass goes is chosen by the shape at rest.",
-        "construction",
-        faults.surface_mass_at_posture,
-    ),
-    Combination(
-        "Scene",
-        "tract, trachea",
-        "no airflow",
-        "must be left out",
-        "nothing flows into them. Add [airflow].",
+        "it would act on nothing.",
         "physics",
-        faults.tube_without_airflow,
-    ),
-    Combination(
-        "Scene",
-        'initial.equilibrium = "flow"',
-        "no airflow",
-        "must be true or false",
-        "there is no flow to be in equilibrium with. true is the one under gravity and loads.",
-        "physics",
-        lambda scene: (
-            (("initial", "equilibrium"), "flow")
-            if faults.in_the_flow(scene) and scene.airflow is None
-            else None
+        (
+            *each([*_TUBES, _IN_THE_FLOW], [_NO_AIRFLOW]),
+            *each(_OPENINGS, [_BOXES]),
+            (_COURSE, _SUPPLIED_FLOW),
+            (_DIRECTION, _TRIANGULATED),
+            (_MORTAR.saying("The volumes are of airway tetrahedra, not of faces."), _VOLUME_PENALTY),
         ),
     ),
     Combination(
-        "Scene",
-        "airflow.rise > 0",
-        'initial.equilibrium = "flow"',
-        "must be 0 s",
-        "the equilibrium is the one under the whole pressure, which would not be there.",
+        "the equilibrium is the one under a steady pressure that is whole from the start.",
         "physics",
-        faults.rises_from_the_flow,
+        each([_RISES, _SUPPLIED_FLOW, _CLOSED, _VARYING_LOAD], [_IN_THE_FLOW.saying("")]),
     ),
     Combination(
-        "Scene",
-        'trachea.supply.flow, tract.end = "closed"',
-        'initial.equilibrium = "flow"',
-        "must be a supply of pressure, an end that is not closed",
-        "the equilibrium is the one under a pressure.",
+        "a flow begins in still air.",
         "physics",
-        faults.shut_off_from_the_flow,
+        each([_AT_ONCE], [_SUPPLIED_FLOW, _CLOSED]),
     ),
     Combination(
-        "Scene",
-        "loads.frequency > 0",
-        'initial.equilibrium = "flow"',
-        "must be 0 Hz",
-        "nothing is at rest under a load that varies.",
-        "physics",
-        faults.swung_in_the_flow,
-    ),
-    Combination(
-        "Scene",
-        "airflow.course",
-        'trachea.supply.flow, tract.end = "closed"',
-        "must be left out",
-        "a flow begins in still air. Let it rise (airflow.rise).",
-        "physics",
-        faults.course_of_a_flow,
-    ),
-    Combination(
-        "Airflow",
-        "airflow.rise > 0",
-        "airflow.course",
-        "must be 0 s",
-        "the course says how the pressure rises.",
-        "physics",
-        lambda airflow: (
-            (("rise",), airflow.rise) if airflow.course is not None and airflow.rise > 0 else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        "airflow.rise = 0",
-        'trachea.supply.flow, tract.end = "closed"',
-        "must be > 0 s",
-        "a flow begins in still air. Give the time over which the pressure rises, such as 5 ms.",
-        "physics",
-        faults.begins_with_a_flow,
-    ),
-    Combination(
-        "Scene",
-        'airflow.coupling = "lagged" or "extrapolated"',
-        "tract, trachea",
-        'must be "iterated"',
         "pressures at the folds follow their motion within the step; with those foretold it is not stable.",
         "physics",
-        faults.explicit_between_tubes,
+        each([_NOT_ITERATED], [tube.saying("") for tube in _TUBES]),
     ),
     Combination(
-        "Scene",
-        "symmetry",
-        "mesh.block or mesh.blocks",
-        "must be left out",
-        "all boxes are divided along the same diagonals. Use a larynx, or a symmetric mesh file.",
+        "the mesh is not of that shape.",
         "physics",
-        lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and faults.boxes(scene) else None,
+        (
+            *each([_SYMMETRY], [_BOXES, _UNLIKE_SIDES]),
+            (_QUARTER, _CHINK),
+            *each([_ELLIPTIC], [_CHINK, _LESIONS]),
+        ),
     ),
     Combination(
-        "Scene",
-        "symmetry",
-        "mesh.folds.lesions, mesh.folds.left_gap, mesh.folds.right_gap",
-        "must be left out",
-        'left and right differ. With voice: without = ["symmetry"].',
+        "the file has one fold, of which mirroring makes left, x < 0, and right, x > 0.",
         "physics",
-        lambda scene: (("symmetry",), scene.symmetry) if scene.symmetry and faults.unlike(scene) else None,
+        each([_LABELLED_SIDES, _SELECTED_SIDE, _NAMED_SIDE], [_MIRROR]),
     ),
     Combination(
-        "Scene",
-        'symmetry = "quarter"',
-        "mesh.folds.posterior_chink",
-        'must be "half", or left out',
-        "front and back differ.",
+        "an explicit step solves for nothing: it divides known forces by the mass of each node.",
         "physics",
-        lambda scene: (
-            (("symmetry",), "quarter") if scene.symmetry == "quarter" and faults.chink(scene) else None
+        each(
+            [
+                _CONSISTENT,
+                *_SOLVED,
+                _REDISTRIBUTED,
+                _REDUCTION.saying("The implicit step of few coordinates costs no more and has no limit."),
+            ],
+            [_EXPLICIT],
         ),
     ),
     Combination(
-        "Scene",
-        'airflow.area = "elliptic"',
-        "mesh.folds.posterior_chink, mesh.folds.lesions",
-        'must be "cut"',
-        "a glottis with a chink, or in which a lesion stands, is no ellipse.",
-        "physics",
-        faults.ellipse_with_a_chink,
+        "it is solved for with the normal forces.",
+        "construction",
+        each([_FRICTION], [_PENALTY, _VOLUME_PENALTY, _NITSCHE, _UNCONDENSED]),
     ),
     Combination(
-        "Scene",
-        "initial.opening_velocity, initial.opening_displacement",
-        "mesh.block or mesh.blocks",
-        "must be left out",
-        "a block has no glottis.",
-        "physics",
-        faults.initial_of_glottis,
+        "it takes the stress of all tissue, at nodes and about the shape at rest.",
+        "construction",
+        each([_NITSCHE], [_POSTURE, _SYMMETRY, _REDUCTION, _MORTAR]),
     ),
     Combination(
-        "MeshFile",
-        "mesh.sides",
-        "mesh.mirror",
-        "must be left out",
-        "left is x < 0, right is x > 0.",
-        "physics",
-        faults.sides_of_mirrored,
+        "nodes without mass follow those behind them as at rest, not as at a posture or in a basis.",
+        "construction",
+        each([_REDISTRIBUTED], [_POSTURE, _REDUCTION]),
     ),
     Combination(
-        "MeshFile",
-        "mesh.surfaces.NAME.side",
-        "mesh.mirror",
-        "must be left out",
-        "the file has one fold, of which mirroring makes NAME_left and NAME_right.",
-        "physics",
-        faults.side_of_mirrored,
-    ),
-    Combination(
-        "MeshFile",
-        "mesh.surfaces.NAME_left, mesh.surfaces.NAME_right",
-        "mesh.mirror",
-        "must be named without the side",
-        "mirroring makes NAME_left and NAME_right of the surface NAME.",
-        "physics",
-        faults.name_of_mirrored,
-    ),
-    Combination(
-        "Stepping",
-        'time.mass = "consistent"',
-        "time.scheme.central_differences",
-        'must be "lumped"',
-        "an explicit step solves for nothing.",
-        "physics",
-        lambda stepping: (
-            (("mass",), stepping.mass)
-            if stepping.scheme.central_differences is not None and stepping.mass != "lumped"
-            else None
+        "that is for small motion about one shape, where loads do not turn and the same nodes meet.",
+        "construction",
+        (
+            *each([_MORTAR, _TRIANGULATED, _CURRENT_SHAPE], [_REDUCTION]),
+            (_CURRENT_SHAPE, _IN_THE_FLOW.saying("")),
+            (_OTHER_THAN_MULTIPLIERS, _MIRRORED_REDUCTION),
         ),
     ),
     Combination(
-        "Scene",
-        "contact.multipliers, contact.augmented, contact.nitsche",
-        "time.scheme.central_differences",
-        "must be left out",
-        "their forces close gaps at the end of the step, which an explicit step knows before any force. "
-        "Use contact.penalty or contact.volume_penalty.",
-        "physics",
-        lambda scene: (
-            (("contact", method), None)
-            if faults.is_explicit(scene) and (method := faults.solved(scene)) is not None
-            else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        'contact.surface_mass = "redistributed"',
-        "time.scheme.central_differences",
-        'must be "kept"',
-        "an explicit step divides by the mass of every node.",
-        "physics",
-        lambda scene: (
-            faults.contact(scene, "redistributed", "contact", "surface_mass")
-            if faults.is_explicit(scene)
-            else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        "reduction",
-        "time.scheme.central_differences",
-        "must be left out",
-        "the implicit step of few coordinates costs no more and has no limit.",
-        "physics",
-        lambda scene: (
-            (("reduction",), None) if faults.is_reduced(scene) and faults.is_explicit(scene) else None
-        ),
-    ),
-    Combination(
-        "Contact",
-        'contact.faces = "mortar"',
-        "contact.volume_penalty",
-        'must be "nodes"',
-        "its faces are those of the airway tetrahedra.",
-        "physics",
-        lambda contact: (
-            (("faces",), contact.faces)
-            if contact.faces == "mortar" and contact.volume_penalty is not None
-            else None
-        ),
-    ),
-    Combination(
-        "Contact",
-        "contact.direction",
-        'contact.airway = "triangulated"',
-        "must be left out",
-        "a triangulated airway has no direction.",
-        "physics",
-        lambda contact: (
-            (("direction",), list(contact.direction))
-            if contact.airway == "triangulated"
-            and contact.direction != type(contact).model_fields["direction"].default
-            else None
-        ),
-    ),
-    Combination(
-        "Contact",
-        'contact.faces = "mortar"',
-        "contact.nitsche",
-        'must be "nodes"',
-        "it takes the tissue's stress at nodes.",
+        "the tissue's stiffness changes with its motion, and a step finds its force and the flow in turns.",
         "construction",
-        lambda contact: (
-            (("faces",), contact.faces) if contact.faces == "mortar" and contact.nitsche is not None else None
-        ),
-    ),
-    Combination(
-        "Contact",
-        "contact.friction",
-        "contact.penalty, contact.volume_penalty, contact.nitsche",
-        "must be left out",
-        "it is solved for with the normal forces: use contact.multipliers or contact.augmented.",
-        "construction",
-        lambda contact: (
-            (("friction",), contact.friction)
-            if contact.friction is not None and contact.multipliers is None and contact.augmented is None
-            else None
-        ),
-    ),
-    Combination(
-        "Contact",
-        "contact.friction",
-        'contact.multipliers.solver = "saddle" or "gmres"',
-        "must be left out",
-        "it takes the compliance of the closed nodes, which only the condensed solver has.",
-        "construction",
-        lambda contact: (
-            (("friction",), contact.friction)
-            if contact.friction is not None
-            and contact.multipliers is not None
-            and contact.multipliers.solver in ("saddle", "gmres")
-            else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        "symmetry",
-        "contact.nitsche",
-        "must be left out",
-        "it takes the stress of all the tissue.",
-        "construction",
-        lambda scene: (
-            (("symmetry",), scene.symmetry) if scene.symmetry and faults.has_nitsche(scene) else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        "reduction",
-        "contact.nitsche",
-        "must be left out",
-        "it takes the stress of all the tissue.",
-        "construction",
-        lambda scene: (
-            (("reduction",), None) if faults.is_reduced(scene) and faults.has_nitsche(scene) else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        'contact.faces = "mortar"',
-        "reduction",
-        'must be "nodes"',
-        "contact in few coordinates is of nodes.",
-        "construction",
-        lambda scene: (
-            faults.contact(scene, "mortar", "contact", "faces") if faults.is_reduced(scene) else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        'contact.airway = "triangulated"',
-        "reduction",
-        'must be "matched"',
-        "where contact can be is known of an airway that does not change.",
-        "construction",
-        lambda scene: (
-            faults.contact(scene, "triangulated", "contact", "airway") if faults.is_reduced(scene) else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        'contact.surface_mass = "redistributed"',
-        "reduction",
-        'must be "kept"',
-        "a basis moves all nodes, those without mass too.",
-        "construction",
-        lambda scene: (
-            faults.contact(scene, "redistributed", "contact", "surface_mass")
-            if faults.is_reduced(scene)
-            else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        'airflow.load_shape = "current"',
-        "reduction",
-        'must be "reference"',
-        "a load that turns with the surface is not linear in the coordinates.",
-        "construction",
-        lambda scene: (
-            (("airflow", "load_shape"), "current")
-            if faults.is_reduced(scene)
-            and scene.airflow is not None
-            and scene.airflow.load_shape == "current"
-            else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        'airflow.load_shape = "current"',
-        'initial.equilibrium = "flow"',
-        'must be "reference"',
-        "the equilibrium is found with loads that are linear in the pressures.",
-        "construction",
-        lambda scene: (
-            (("airflow", "load_shape"), "current")
-            if faults.in_the_flow(scene)
-            and scene.airflow is not None
-            and scene.airflow.load_shape == "current"
-            else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        "contact other than multipliers at the end of the step",
-        "reduction and symmetry",
-        "must be by multipliers, gaps closed at the end of the step",
-        "mirror images meet in their plane, which needs no other.",
-        "construction",
-        faults.unlike_multipliers,
-    ),
-    Combination(
-        "Scene",
-        "contact.nitsche",
-        "strain",
-        "must be another method",
-        "it sees the stress of linear tissue. Use contact.multipliers.",
-        "construction",
-        lambda scene: faults.of_linear_tissue(scene, "contact", "nitsche"),
-    ),
-    Combination(
-        "Scene",
-        'contact.surface_mass = "redistributed"',
-        "strain",
-        'must be "kept"',
-        "nodes without mass start as those of linear tissue do.",
-        "construction",
-        lambda scene: (
-            faults.contact(scene, "redistributed", "contact", "surface_mass") if scene.strain else None
-        ),
-    ),
-    Combination(
-        "Scene",
-        "reduction",
-        "strain",
-        "must be left out",
-        "a basis spans motion about one stiffness, and the tissue's force takes all nodes. "
-        'With voice: without = ["strain"], softer tissue with another pitch.',
-        "construction",
-        lambda scene: faults.of_linear_tissue(scene, "reduction"),
-    ),
-    Combination(
-        "Scene",
-        "time.scheme.central_differences",
-        "strain",
-        "must be another scheme",
-        "the largest step of an explicit one is known of one stiffness.",
-        "construction",
-        lambda scene: faults.of_linear_tissue(scene, "time", "scheme", "central_differences"),
-    ),
-    Combination(
-        "Scene",
-        'airflow.coupling = "lagged" or "extrapolated"',
-        "strain",
-        'must be "iterated"',
-        "the tissue's force and the flow are found in turns.",
-        "construction",
-        faults.coupled_once,
-    ),
-    Combination(
-        "Scene",
-        "airflow.model.bernoulli",
-        "strain",
-        "must be another model",
-        "its flow jumps with the section of separation, between which no round of a step finds a balance.",
-        "construction",
-        lambda scene: faults.of_linear_tissue(scene, "airflow", "model", "bernoulli"),
-    ),
-    Combination(
-        "Scene",
-        "initial.equilibrium",
-        "strain",
-        "must be false",
-        "the equilibrium is found with one stiffness.",
-        "construction",
-        lambda scene: faults.of_linear_tissue(scene, "initial", "equilibrium"),
+        each([_NITSCHE, _REDISTRIBUTED, _REDUCTION, _BERNOULLI, _EQUILIBRIUM], [_STRAIN]),
     ),
 )
 """In the order of the documentation: what physics forbids, then what could be built."""

@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 
 from plica.errors import nearest, one_of
 from plica.scene.field_types import unit_at
+from plica.units import in_typed_unit
 
 __all__ = ["describe", "differences", "path_text", "unknown_text", "value_text"]
 
@@ -80,12 +81,11 @@ def _lines(details: ErrorDetails, part: type[BaseModel], inside: tuple[str | int
     else:
         path = _without_branches(path)
         value = details["input"]
-    unit = f" {name}" if (name := unit_at(part, details["loc"])) else ""
-    relation = _relation(details, context, unit)
+    name = unit_at(part, details["loc"])
+    relation = _relation(details, context, name)
     if not path:
         return [relation]
-    if details["type"] not in _BOUNDS or isinstance(value, str):
-        unit = ""
+    unit = f" {name}" if name and details["type"] in _BOUNDS and not isinstance(value, str) else ""
     shown = "" if value is _MISSING else f" = {value_text(value)}{context.get('unit', unit)}"
     return [f"{path_text(path)}{shown}{';' if shown else ':'} {relation}"]
 
@@ -123,8 +123,12 @@ def _relation(details: ErrorDetails, context: dict[str, Any], unit: str) -> str:
         return str(context["relation"])
     if kind in _BOUNDS:
         sign, name = _BOUNDS[kind]
-        bound = context[name]
-        return f"must be {sign} {bound:g}{unit if bound else ''}." + _sign_hint(details["input"], bound)
+        bound, given = context[name], details["input"]
+        if bound and isinstance(given, str):
+            shown = in_typed_unit(bound, given, unit)
+        else:
+            shown = f"{bound:g}{f' {unit}' if bound and unit else ''}"
+        return f"must be {sign} {shown}." + _sign_hint(given, bound)
     if kind == "literal_error":
         return _one_of_texts(str(context.get("expected", "")), details["input"])
     relations = {

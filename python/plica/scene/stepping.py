@@ -47,9 +47,10 @@ class Newmark(Part):
 class CentralDifferences(Part):
     """Explicit: a step needs no linear solve, but must be short; mass must be lumped, contact a penalty.
 
-    A step above the largest stable one is refused, with its value. It does not pay for phonation, whose
-    meshes need about a hundred steps in place of one of hht; it does if the motion itself needs such steps,
-    as waves on coarse meshes do.
+    A step above the largest stable one is refused, with its value; of tissue at finite strain a run stops
+    where the tissue has become too stiff for the step. It does not pay for phonation, whose meshes need about
+    a hundred steps in place of one of hht; it does if the motion itself needs such steps, as waves on coarse
+    meshes do.
     """
 
 

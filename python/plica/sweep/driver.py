@@ -85,6 +85,9 @@ def run(
     for name in _LIBRARIES:
         needed(name)
     _ = plan.record  # whose files must be there, before anything is made
+    if scheduler is not None and not holds_sweep(directory):
+        with cluster(None, scheduler):  # it answers, before anything is made
+            pass
     with storage_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
     with only_writer(directory):

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
 
 from plica.errors import InvalidInput
+from plica.measures.run.cautions import CHECKS
 from plica.measures.scale import shown_unit
 from plica.report.drawing import Drawing
 from plica.report.page import render
 from plica.report.wording import number, typeset
+from plica.scene.body_cautions import CHECKS as BODY_CHECKS
+from plica.scene.bounds import BOUNDS
 from plica.storage.files import write_text
 from plica.sweep.pictures import indices_picture, measures_picture
 from plica.sweep.results import Sweep
@@ -46,10 +50,6 @@ def write_report(sweep: Sweep, measures: tuple[str, ...] = ()) -> Path:
     drawings += [indices_picture(found)] if found else []
     lost = sweep.without_result
     seconds = sweep.columns["seconds"][sweep.columns["seconds"] > 0]
-    cautions: dict[str, int] = {}
-    for names in sweep.columns["caution_names"]:
-        for name in str(names).split():
-            cautions[name] = cautions.get(name, 0) + 1
     text = render(
         "sweep/report.html.j2",
         title=sweep.directory.resolve().name,
@@ -65,11 +65,21 @@ def write_report(sweep: Sweep, measures: tuple[str, ...] = ()) -> Path:
         remarks=remarks,
         lost=lost[:_SHOWN],
         more=max(len(lost) - _SHOWN, 0),
-        cautions=sorted(cautions.items(), key=lambda item: -item[1]),
+        cautions=[(name, count, meaning_of(name)) for name, count in sweep.caution_counts.items()],
         mean_seconds=number(float(seconds.mean()), 3) if seconds.size else "",
         version=sweep.record["plica_version"],
     )
     return write_text(text, sweep.directory / "report.html")
+
+
+def meaning_of(caution: str) -> str:
+    """What a caution of this name says of any scene or run; empty of one that is not in docs/cautions.md."""
+    if bound := BOUNDS.get(caution):
+        return f"{bound.whose} {bound.span()}."
+    for check in (*BODY_CHECKS, *CHECKS):
+        if check.__name__ == caution:
+            return (inspect.getdoc(check) or "").replace("``", "")
+    return ""
 
 
 def _indices(sweep: Sweep, measures: tuple[str, ...]) -> tuple[list[Indices], list[str]]:
@@ -85,11 +95,15 @@ def _indices(sweep: Sweep, measures: tuple[str, ...]) -> tuple[list[Indices], li
 
 
 def _varied(sweep: Sweep, k: int) -> tuple[str, str, str, str, int]:
-    """Key, least and largest value (first and last word), unit, number of different values."""
+    """Key, ends of its range in the plan, unit, number of different values. Of values that are given the ends
+    are the least and the largest, of words the first and the last."""
     key, values = sweep.keys[k], sweep.values[:, k]
     if key in sweep.words:
         words = sweep.words[key]
         return key, words[0], words[-1], "", len(words)
     factor, unit = shown_unit(sweep.units[key])
-    low, high = (number(factor * float(end), 4) for end in (values.min(), values.max()))
+    ranges = dict(
+        zip([one for one in sweep.keys if one not in sweep.words], sweep.record["ranges"], strict=False)
+    )
+    low, high = (number(factor * float(end), 4) for end in ranges.get(key, (values.min(), values.max())))
     return key, low, high, typeset(unit or "1"), len(set(values))

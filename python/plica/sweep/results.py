@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
@@ -157,6 +158,12 @@ class Sweep:
     def counts(self) -> dict[Status, int]:
         """Number of cases of each status."""
         return {name: int((self._codes == k).sum()) for k, name in enumerate(STATUSES)}
+
+    @property
+    def caution_counts(self) -> dict[str, int]:
+        """In how many cases there is each caution, by its name; the most frequent first."""
+        names = Counter(name for text in self.columns["caution_names"] for name in str(text).split())
+        return dict(names.most_common())
 
     @property
     def without_result(self) -> list[tuple[int, Status, str]]:

@@ -39,6 +39,7 @@ __all__ = [
     "open_results",
     "pending",
     "read_plan",
+    "require_sweep",
     "stored_names",
     "units_of",
     "waveform_name",
@@ -57,10 +58,20 @@ def holds_sweep(directory: Path) -> bool:
     return (directory / PLAN).is_file()
 
 
+def require_sweep(directory: Path) -> None:
+    """Raise InvalidInput, with what is there instead, unless there is a sweep in it."""
+    if holds_sweep(directory):
+        return
+    if (directory / "results.h5").is_file():
+        found = f"holds a run or an analysis (results.h5), and no sweep (no {PLAN})"
+    else:
+        found = f"there is no sweep in it (no {PLAN})"
+    raise InvalidInput(f"{directory}: {found}; must be the directory of one.")
+
+
 def read_plan(directory: Path) -> dict[str, Any]:
     """The record of a plan (`Plan.record`) with its table of values; raises InvalidInput without one."""
-    if not holds_sweep(directory):
-        raise InvalidInput(f"{directory}: there is no sweep in it (no {PLAN}); must be the directory of one.")
+    require_sweep(directory)
     return read_json(directory / PLAN, _AGAIN)
 
 

@@ -11,58 +11,22 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import curve_fit, fsolve
-from scipy.sparse import csr_array
 
 import plica
-from conftest import THESIS_TISSUE, TINY_LARYNX
 from plica import SolveFailed, StepFailed, _engine
 from plica.identify.model.model import require_linear
-
-DENSITY = 1040.0
-FIBRED = {"E": 5e3, "nu": 0.4, "E_fibre": 40e3, "nu_fibre": 0.3, "mu_fibre": 10e3}
-TRAPEZOIDAL = _engine.Newmark()
-
-
-def block(divisions: tuple[int, int, int], size: tuple[float, float, float], order: int = 1) -> Any:
-    mesh = _engine.block_mesh(corner=(0, 0, 0), size=size, divisions=divisions)
-    return mesh if order == 1 else _engine.to_quadratic(mesh)
-
-
-def simulation(mesh: Any, material: Any, fixed: Any, **parts: Any) -> Any:
-    given = {
-        "scheme": TRAPEZOIDAL,
-        "strain": _engine.FiniteStrain(tolerance=1e-10),
-        "solver_tolerance": 1e-11,
-    }
-    layers = np.zeros(len(mesh.cells), dtype=np.int32)
-    return _engine.Simulation(mesh, [material], ["bar"], layers, fixed, **given | parts)
-
-
-class Law:
-    """The law as docs/theory/posture.md writes it; its stress by the derivative of W, term by term."""
-
-    def __init__(self, stiffening: float = 0.0, matrix: float = 0.0) -> None:
-        young, nu, along, nu_along, mu_along = FIBRED.values()
-        k = along * (1 - nu) - 2 * nu_along**2 * young
-        self.lame = (nu_along**2 * young + nu * along) * young / ((1 + nu) * k)
-        s12, s22, self.mu = young * along * nu_along / k, along**2 * (1 - nu) / k, young / (2 * (1 + nu))
-        self.beta, self.e = (s12 - self.lame) / 2, s22 - 2 * s12 + self.lame - 2 * self.mu
-        self.shear, self.along, self.k, self.matrix = mu_along - self.mu, along, stiffening, matrix
-
-    def stress(self, F: np.ndarray) -> np.ndarray:
-        """First Piola-Kirchhoff, fibres along y; F (..., 3, 3)."""
-        one, a = np.eye(3), np.array([0.0, 1.0, 0.0])
-        C = np.swapaxes(F, -1, -2) @ F
-        E, inverse = (C - one) / 2, np.linalg.inv(C)
-        pulled = E @ a
-        q, volume = pulled[..., 1], np.log(np.linalg.det(F))
-        more = np.where(q > 0, self.along * q * np.expm1(4 * self.k * q**2), 0.0)
-        axial = 2 * self.beta * volume + self.e * q + more - 4 * self.shear * q
-        outer = pulled[..., :, None] * a + a[:, None] * pulled[..., None, :]
-        shape = np.trace(E, axis1=-2, axis2=-1) - volume
-        mu = self.mu * (1 + self.matrix * shape)[..., None, None]
-        S = mu * (one - inverse) + (self.lame * volume + 2 * self.beta * q)[..., None, None] * inverse
-        return F @ (S + axial[..., None, None] * np.outer(a, a) + 2 * self.shear * outer)
+from stretched_bodies import (
+    DENSITY,
+    FIBRED,
+    STIFFENS,
+    TRAPEZOIDAL,
+    Law,
+    angular_momentum,
+    block,
+    simulation,
+    tissue_force,
+    voice,
+)
 
 
 def test_a_pulled_bar_comes_to_rest_where_its_law_says() -> None:
@@ -102,15 +66,6 @@ def turning(step: float, turns: float = 0.5, **parts: Any) -> Any:
     run = simulation(mesh, material, np.zeros_like(x, dtype=bool), step=step, velocity=velocity, **parts)
     waves = run.advance(round(turns * 2 * np.pi / np.linalg.norm(spin) / step))
     return run, waves, mesh
-
-
-def angular_momentum(run: Any, mesh: Any) -> np.ndarray:
-    values, columns, starts = run.mass
-    size = 3 * len(mesh.points)
-    momentum = (csr_array((values, columns, starts), shape=(size, size)) @ np.ravel(run.velocity)).reshape(
-        -1, 3
-    )
-    return np.cross(np.asarray(mesh.points) + run.displacement, momentum).sum(axis=0)
 
 
 def test_a_block_that_turns_keeps_its_momentum_and_is_hardly_strained() -> None:
@@ -199,22 +154,12 @@ def test_small_motion_of_a_stretched_bar_is_the_string_law(stretch: float) -> No
 
 def second_algorithm(mesh: Any, fixed: np.ndarray, velocity: np.ndarray, end: float) -> np.ndarray:
     """Linear tetrahedra of the law with consistent mass, integrated by DOP853 to 1e-10."""
-    law = Law(stiffening=2.0, matrix=3.0)
     x, cells = np.asarray(mesh.points), np.asarray(mesh.cells)
-    edges = np.swapaxes(x[cells[:, 1:]] - x[cells[:, :1]], 1, 2)
-    inverse, volume = np.linalg.inv(edges), np.linalg.det(edges) / 6
-    gradients = np.concatenate([-inverse.sum(axis=1, keepdims=True), inverse], axis=1)  # (m, 4, 3)
+    force, volume = tissue_force(mesh, Law(stiffening=2.0, matrix=3.0))
     mass = np.zeros((len(x), len(x)))
     for cell, size in zip(cells, volume, strict=True):
         mass[np.ix_(cell, cell)] += DENSITY * size * (np.ones((4, 4)) + np.eye(4)) / 20
     free = ~fixed
-
-    def force(u: np.ndarray) -> np.ndarray:
-        F = np.swapaxes(u[cells], 1, 2) @ gradients + np.eye(3)
-        own = volume[:, None, None] * gradients @ np.swapaxes(law.stress(F), 1, 2)
-        found = np.zeros_like(u)
-        np.add.at(found, cells, own)
-        return found
 
     solvers = [np.linalg.inv(mass[np.ix_(free[:, k], free[:, k])]) for k in range(3)]
 
@@ -258,19 +203,6 @@ def test_large_motion_is_that_of_a_second_algorithm_to_second_order(scheme: Any)
         assert coarse / fine == pytest.approx(4, rel=0.15)
 
 
-def voice(**changes: Any) -> plica.Scene:
-    scene = plica.Scene(
-        plica.Larynx(larynx="thesis_coarse", options=plica.LarynxOptions(**TINY_LARYNX), order=2),
-        {layer: plica.Tissue(**fields) for layer, fields in THESIS_TISSUE.items()},
-        time=plica.Stepping(step="50 us", duration="5 ms"),
-        airflow=plica.Airflow(subglottal_pressure="0.6 kPa", area=plica.Cut(sections=40)),
-        contact=plica.Multipliers(),
-        initial=plica.Initial(opening_velocity=-1.2),
-        strain="finite",
-    )
-    return scene.replace(changes)
-
-
 def test_flow_contact_and_balance_of_energies() -> None:
     run = plica.build_simulation(voice())
     waves = run.advance(60)
@@ -281,13 +213,6 @@ def test_flow_contact_and_balance_of_energies() -> None:
     assert 0 < np.abs(waves["nonlinear_loss"]).max() < 0.05 * energy
     assert waves["force_evaluations"].min() >= 2
     assert "strain_neglected" not in waves
-
-
-STIFFENS = {
-    f"tissue.{layer}.{name}": value
-    for layer in THESIS_TISSUE
-    for name, value in (("stiffening", 2.0), ("matrix_stiffening", 10.0))
-}
 
 
 @pytest.mark.parametrize("changes", [{}, STIFFENS], ids=["plain", "stiffens"])
@@ -376,3 +301,28 @@ def test_what_rests_on_one_stiffness_refuses_it() -> None:
     assert plica.eigenmodes(scene, 2).frequency == pytest.approx(
         plica.eigenmodes(linear, 2).frequency, rel=1e-12
     )
+
+
+@pytest.mark.parametrize(("coupling", "order"), [("lagged", 1), ("extrapolated", 3)])
+def test_couplings_that_do_not_iterate_differ_from_one_that_does_by_their_order(
+    coupling: str, order: int
+) -> None:
+    """A step's extrapolated positions are off by h^3."""
+    given = {"strain": {"finite": {"tolerance": 1e-9}}, "solver.tolerance": 1e-11, "contact": None}
+    given |= {"mesh.order": 1, "symmetry": "quarter", "initial": {"opening_velocity": -0.5}, **STIFFENS}
+    apart = []
+    for steps in (20, 40, 80):
+        one, other = (
+            plica.build_simulation(voice(**given, **{"time.step": 1e-3 / steps, "airflow.coupling": of}))
+            for of in (coupling, {"iterated": {"tolerance": 1e-9}})
+        )
+        waves = one.advance(steps)
+        other.advance(steps)
+        size = np.abs(np.asarray(other.displacement)).max()
+        apart.append(np.abs(np.asarray(one.displacement) - other.displacement).max() / size)
+        assert waves["force_evaluations"].max() > 2
+        energy = (waves["kinetic_energy"] + waves["elastic_energy"]).max()
+        assert np.abs(waves["energy_balance_error"]).max() < 1e-7 * energy
+    assert apart[-1] > 1e-7
+    for coarse, fine in pairwise(apart):
+        assert coarse / fine == pytest.approx(2**order, rel=0.2)

@@ -108,6 +108,17 @@ def test_behind_a_trachea_it_is_the_supply_that_changes(phonating: plica.Scene) 
     np.testing.assert_allclose(found["supply_rise"], wanted, rtol=1e-12)
 
 
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_course_rises_from_0(phonating: plica.Scene, closed: bool) -> None:
+    tubes = {"tract": {"vowel": {"name": "a"}, "end": "closed"}} if closed else {}
+    scene = of_course(phonating, **{"airflow.rise": "1 ms"}, **tubes)
+    found = plica.build_simulation(scene).advance(scene.time.steps, ["time", "subglottal_pressure"])
+    time = np.asarray(found["time"]) - 0.3 * scene.time.step
+    share = 0.5 - 0.5 * np.cos(np.pi * np.minimum(time / 1e-3, 1.0))
+    assert share[0] < 0.01
+    np.testing.assert_allclose(found["subglottal_pressure"], share * expected(time), rtol=1e-12)
+
+
 def test_a_course_that_stays_is_a_constant_pressure(phonating: plica.Scene) -> None:
     flat = of_course(phonating, **{"airflow.course": {"time": [0, 1e-3], "pressure": [800.0, 800.0]}})
     one, other = (plica.build_simulation(scene).advance(40) for scene in (phonating, flat))

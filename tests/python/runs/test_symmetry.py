@@ -372,7 +372,7 @@ def test_boxes_are_refused_as_they_never_are_mirror_images(kind: str, symmetry: 
     mesh = {"block": one} if kind == "block" else {"blocks": {"left": left, "right": right}}
     tissue = {name: plica.Tissue(E="20 kPa", nu=0.3) for name in mesh.get("blocks", {"body": one})}
     time = plica.Stepping(step="0.1 ms", duration="1 ms")
-    message = rf'symmetry = "{symmetry}"; must be left out with mesh\.block or mesh\.blocks: all boxes'
+    message = rf'symmetry = "{symmetry}"; must be left out with mesh\.block or mesh\.blocks: .* All boxes'
     with pytest.raises(SceneError, match=message):
         plica.Scene(mesh, tissue, time=time, symmetry=symmetry)
     built = build_mesh(plica.Scene(mesh, tissue, time=time).mesh)
@@ -385,5 +385,5 @@ def test_boxes_are_refused_as_they_never_are_mirror_images(kind: str, symmetry: 
 
 
 def test_what_has_no_symmetric_part_is_refused_by_name(phonating: plica.Scene) -> None:
-    with pytest.raises(SceneError, match='symmetry = "half"; must be left out with'):
+    with pytest.raises(SceneError, match=r"contact\.nitsche: must be another method with symmetry"):
         phonating.replace({"symmetry": "half", "contact": {"nitsche": {}}})

@@ -171,7 +171,8 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "[contact.multipliers]",
         '[contact]\nmultipliers = {}\nairway = "triangulated"\ndirection = [0, 0, 1]',
         "contact.direction = [0.0, 0.0, 1.0]; "
-        'must be left out with contact.airway = "triangulated": a triangulated airway has no direction.',
+        'must be left out with contact.airway = "triangulated": it would act on nothing. '
+        "A triangulated airway has no direction.",
     ),
     "another airway": (
         "[contact.multipliers]",

@@ -39,6 +39,65 @@ def test_a_preset_at_its_wall_gives_none(larynx: str, order: int) -> None:
     assert said_of(scene) == {}
 
 
+FOLDS = 'without mesh.options\nmesh.larynx = "coarse"\n'
+
+
+@pytest.mark.parametrize(
+    ("lesion", "name", "words"),
+    [
+        ("size = [5e-3, 2e-3, 1e-3]", "unused_lesion", "lesions[0] changes nothing: stiffness and viscosity"),
+        ("size = [5e-3, 2e-3, 1e-3], stiffness = 2", "", ""),
+        ("size = [5e-3, 2e-3, 1e-3], viscosity = 0.5", "", ""),
+        ("size = [5e-3, 2e-3, 1e-3], density = 1100", "", ""),
+        (
+            "size = [0.4e-3, 0.4e-3, 0.3e-3], stiffness = 2",
+            "coarse_lesion",
+            "has the tissue of 0.",
+        ),
+        ("size = [0.4e-3, 0.4e-3, 0.3e-3]", "unused_lesion", ""),
+    ],
+)
+def test_a_lesion_that_changes_nothing_or_few_cells_is_said(lesion: str, name: str, words: str) -> None:
+    found = said(f'{FOLDS}mesh.folds.lesions = [{{ fold = "left", {lesion} }}]')
+    assert list(found) == ([name] if name else [])
+    if name:
+        assert words in found[name].seen
+
+
+@pytest.mark.parametrize(
+    ("gaps", "told"),
+    [
+        ('gap = "0.3 mm", left_gap = "0.1 mm", right_gap = "0.3 mm"', True),
+        ('gap = "0.3 mm", left_gap = "0.1 mm", right_gap = "0.2 mm"', False),
+        ('gap = "0.3 mm", left_gap = "0.1 mm"', False),
+        ('left_gap = "0.1 mm", right_gap = "0.3 mm"', False),
+    ],
+)
+def test_a_gap_that_both_sides_overrule_is_said(gaps: str, told: bool) -> None:
+    found = said(f"{FOLDS}mesh.folds = {{ {gaps} }}")
+    assert list(found) == (["unused_gap"] if told else [])
+    if told:
+        seen = found["unused_gap"].seen
+        assert "gap = 0.3 mm only sets where the wall is" in seen
+        assert "0.4 mm apart" in seen
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ('symmetry = "half"\ncontact.friction = 0.3', True),
+        ('symmetry = "quarter"\ncontact.friction = 0.3', True),
+        ('symmetry = "half"', False),
+        ("contact.friction = 0.3", False),
+    ],
+)
+def test_friction_between_mirror_images_is_said_to_do_nothing(changes: str, told: bool) -> None:
+    found = said(changes)
+    assert list(found) == (["unused_friction"] if told else [])
+    if told:
+        assert "contact.friction = 0.3 has no effect" in found["unused_friction"].seen
+
+
 @pytest.mark.parametrize(
     ("changes", "name", "figure"),
     [

@@ -9,6 +9,9 @@ import pytest
 import plica
 from complaints import refused
 from plica.commands.main import main
+from plica.sweep import Plan
+from plica.sweep.case import CaseResult
+from plica.sweep.store import Store
 from sweeps import NU, E
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -125,12 +128,42 @@ def test_a_directory_and_a_study_take_no_plan(
     assert main(["sweep", scene, "--vary", f"{E}=10kPa", "-o", out, "--quiet"]) == 0
     assert "--vary is given; must be left out" in refused(["sweep", out, "--vary", f"{E}=1kPa"], capsys)
     assert "-o is given; must be left out" in refused(["sweep", out, "-o", out], capsys)
+    assert "--retry is given; must be left out" in refused(["sweep", out, "--retry"], capsys)
     assert 'measure "flow"; must be one that the cases have' in refused(
         ["sweep", out, "--table", "--measures", "flow"], capsys
     )
     study = tmp_path / "study.toml"
     study.write_text(f'scene = "bar.toml"\n[vary]\n{E} = "10 kPa"\n')
     assert "has the plan" in refused(["sweep", str(study), "--design", "grid", "-o", out], capsys)
+
+
+def test_what_is_no_sweep_is_said_to_be_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run = tmp_path / "run"
+    run.mkdir()
+    assert "there is no sweep in it" in refused(["sweep", str(run), "--retry"], capsys)
+    (run / "results.h5").touch()
+    assert "holds a run or an analysis (results.h5), and no sweep" in refused(
+        ["sweep", str(run), "--retry"], capsys
+    )
+
+
+def test_cautions_of_cases_are_counted_and_explained(
+    bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plan = Plan.make(bar, {E: "10:30:3kPa"})
+    store = Store(tmp_path, plan)
+    for case, cautions in enumerate(((), ("large_strain", "stiffness"), ("large_strain",))):
+        store.keep(CaseResult(case, plan.case_digest(case), "done", cautions=cautions))
+    assert main(["sweep", str(tmp_path)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    told = "cautions: 2 of 3 cases have some (large_strain 2, stiffness 1), which the report explains"
+    assert said[1] == told
+    page = " ".join((tmp_path / "report.html").read_text().split())
+    for name, count, meaning in (
+        ("large_strain", 2, "The strain is too large for the linear tissue model"),
+        ("stiffness", 1, "Tissue of the larynx has 100 Pa to 2 MPa."),
+    ):
+        assert f'<th scope="row">{name}</th><td class="num">{count}</td><td class="note">{meaning}' in page
 
 
 def test_without_its_libraries_a_sweep_says_what_to_install(

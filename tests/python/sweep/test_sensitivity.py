@@ -68,6 +68,9 @@ def test_sobol_indices_of_a_stored_sweep_are_those_of_a_closed_form(bar: plica.S
         assert abs(one.value - truth) < 2 * half, one
     page = write_report(sweep, ("kinetic_energy",)).read_text()
     assert "Sensitivity" in page
+    assert plan.values[:, 0].min() > LOW[0]  # the page has what was asked for, not what was drawn
+    for key, low, high in ((E, "10", "30"), (NU, "0.1", "0.4"), (VISCOSITY, "0.1", "0.3")):
+        assert f'{key}</th><td class="num">{low}</td><td class="num">{high}</td>' in page
     rows = (tmp_path / "sweep" / "sensitivity.csv").read_text().splitlines()
     assert rows[0] == "measure,key,kind,unit,value,from,to"
     assert len(rows) == 1 + 2 * 3

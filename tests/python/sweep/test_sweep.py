@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -211,6 +213,26 @@ def test_a_changed_plan_is_refused_with_what_changed(plan: Plan, bar: plica.Scen
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_a_scheduler_that_does_not_answer_leaves_nothing_behind(
+    plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    @contextmanager
+    def cluster(workers: int | None, scheduler: str | None) -> Iterator[Any]:
+        raise plica.StorageFailed(f"{scheduler}: no scheduler answers.")
+        yield
+
+    begun = tmp_path / "begun"
+    sweep(plan, begun, first=1, progress=False)
+    before = sorted(begun.rglob("*"))
+    monkeypatch.setattr(driver, "cluster", cluster)
+    for out in (tmp_path / "out", begun):
+        with pytest.raises(plica.StorageFailed, match="no scheduler answers"):
+            sweep(plan, out, scheduler="tcp://127.0.0.1:1", progress=False)
+    assert not (tmp_path / "out").exists()
+    assert sorted(begun.rglob("*")) == before
+    sweep(plan, begun, first=1, scheduler="tcp://127.0.0.1:1", progress=False)  # nothing is left to compute
+
+
 def test_a_sweep_s_directory_takes_no_run(plan: Plan, bar: plica.Scene, tmp_path: Path) -> None:
     sweep(plan, tmp_path, first=1, progress=False)
     before = {path: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
@@ -231,7 +253,7 @@ def test_a_directory_with_something_else_is_refused(plan: Plan, tmp_path: Path) 
         sweep(plan, tmp_path, progress=False)
     with pytest.raises(plica.InvalidInput, match="a file; must be a directory"):
         sweep(plan, tmp_path / "results.h5", progress=False)
-    with pytest.raises(plica.InvalidInput, match="there is no sweep in it"):
+    with pytest.raises(plica.InvalidInput, match=r"holds a run or an analysis \(results"):
         Sweep.load(tmp_path)
 
 

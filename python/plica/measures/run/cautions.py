@@ -20,6 +20,7 @@ from plica.measures.run.folds import inferior_lag, rest_width, vertical_phase
 from plica.measures.run.glottal import open_area, several_summits
 from plica.measures.run.inversion import inverted_cells, linear_error
 from plica.measures.run.measure import driving, fold_length, risen
+from plica.measures.run.overlap import overlapping_folds
 from plica.measures.run.run_data import RunData, reached
 from plica.measures.scene_text import scene_table, scene_tables
 from plica.units import two_digits
@@ -478,6 +479,7 @@ CHECKS: tuple[Callable[[RunData], Caution | None], ...] = (
     motion_beyond_voice,
     large_strain,
     inverted_cells,
+    overlapping_folds,
     unconverged_coupling,
     unconverged_contact,
     facing_contact,

@@ -93,8 +93,8 @@ class Folds(Part):
                 f"must be larger: the inferior surface would reach to z = {1e3 * below[1][0]:.4g} mm, and "
                 f"the larynx ends at {1e3 * _BELOW:.4g} mm. Or use less depth.",
                 "inferior_angle",
-                value=self.inferior_angle,
-                unit=" rad",
+                value=float(f"{math.degrees(self.inferior_angle):.4g}"),
+                unit=" deg",
             )
         return self
 

@@ -60,6 +60,11 @@ class Lesion(Part):
     to the rim of the patch, r = 1, and the patch grows by it."""
 
     @property
+    def changes_tissue(self) -> bool:
+        """Whether its tissue is another than that around it."""
+        return self.stiffness != 1 or self.viscosity != 1 or self.density is not None
+
+    @property
     def sign(self) -> float:
         """Of x in its fold."""
         return -1.0 if self.fold == "left" else 1.0

@@ -92,8 +92,9 @@ def joint_moments(model: LinearGaussian, y: Array, f: Array) -> tuple[Array, Arr
         weighted = np.linalg.solve(Gamma_v[np.ix_(seen, seen)], H[seen]).T
         J[now, now] += weighted @ H[seen]
         h[now] += weighted @ y[k, seen]
-    covariance = np.linalg.inv(J)
-    return (covariance @ h).reshape(frames + 1, n), covariance
+    covariance: Array = np.asarray(np.linalg.inv(J), np.float64)
+    mean: Array = (covariance @ h).reshape(frames + 1, n)
+    return mean, covariance
 
 
 def likelihood() -> Iterator[Check]:

@@ -212,7 +212,9 @@ def test_the_examples_are_plausible(name: str, tmp_path: Path) -> None:
 
 def test_waveforms_that_are_looked_at_are_those_of_the_engine() -> None:
     folder = ROOT / "python/plica/measures/run"
-    text = "".join((folder / name).read_text(encoding="utf-8") for name in ("cautions.py", "inversion.py"))
+    text = "".join(
+        (folder / name).read_text(encoding="utf-8") for name in ("cautions.py", "inversion.py", "overlap.py")
+    )
     names = re.findall(r'(?:waveforms|reached\(run\)\[1\])(?:\.get\(|\[)"(\w+)"', text)
     assert len(names) > 10
     assert set(names) <= STORED.keys()

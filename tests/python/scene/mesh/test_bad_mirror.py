@@ -200,12 +200,17 @@ CASES: dict[str, tuple[dict[str, Any], str, list[Change], str]] = {
         "larger x; must all look toward the plane x = 0, as those of one fold. If the file has both folds,",
     ),
     "a bad mesh": ({}, "fold", [inverted], "mesh: TetMesh: cell 3 at (0.00"),
-    "sides": ({}, "fold", [given(sides="x")], "mesh.mirror: left is x < 0, right is x > 0."),
+    "sides": (
+        {},
+        "fold",
+        [given(sides={"left": 1, "right": 2})],
+        ': sides: must be "x" or left out with mesh.mirror: the file has one fold',
+    ),
     "a name with a side": (
         {},
         "fold",
         [surfaces(airway_left=11)],
-        "surfaces.airway_left: must be named without the side with mesh.mirror: mirroring makes NAME_left",
+        "surfaces.airway_left: must be named without the side with mesh.mirror: the file has one fold",
     ),
     "another word": ({}, "half", [], 'mirror = "half"; must be one of fold, quarter.'),
 }

@@ -119,9 +119,11 @@ def test_more_is_cut_from_the_tips_of_folds_unless_another_share_is_given(stored
         ),
         ({"folds": {"length": 16}}, "mesh.folds.length = 16 m; must be <= 0.03 m"),
         ({"folds": {"medial_angle": 3}}, "mesh.folds.medial_angle = 3 rad; must be <= 0.35 rad"),
+        ({"folds": {"medial_angle": "30 deg"}}, 'mesh.folds.medial_angle = "30 deg"; must be <= 20.05 deg'),
+        ({"folds": {"length": "40mm"}}, 'mesh.folds.length = "40mm"; must be <= 30 mm'),
         (
             {"folds": {"depth": "20 mm", "inferior_angle": "20.5 deg"}},
-            "mesh.folds.inferior_angle = 0.35779249665883756 rad; must be larger: the inferior surface",
+            "mesh.folds.inferior_angle = 20.5 deg; must be larger: the inferior surface",
         ),
         ({"folds": {"gap": 0}}, "mesh.folds.gap = 0 m; must be > 0"),
         ({"folds": {"thicknes": 1e-3}}, 'mesh.folds.thicknes is not known. Did you mean "thickness"?'),

@@ -356,7 +356,7 @@ def test_lesions_are_drawn_and_told(tmp_path: Path) -> None:
             'lesions[0].stifness is not known. Did you mean "stiffness"?',
         ),
         ({"left_gap": 0}, "left_gap = 0 m; must be > 0"),
-        ({"right_gap": "5 mm"}, 'right_gap = "5 mm"; must be <= 0.004'),
+        ({"right_gap": "5 mm"}, 'right_gap = "5 mm"; must be <= 4 mm.'),
         ({"posterior_chink": {"width": -MM, "length": MM}}, "posterior_chink.width = -0.001 m; must be > 0"),
         (
             {"posterior_chink": {"width": MM, "length": "13 mm"}},

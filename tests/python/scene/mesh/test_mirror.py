@@ -92,6 +92,14 @@ def test_folds_share_nodes_only_where_they_meet(tmp_path: Path) -> None:
     assert np.array_equal(np.sort(found[:, 2]), 1e-3 * np.arange(4, 9))
 
 
+def test_sides_by_x_are_those_that_mirroring_makes(tmp_path: Path) -> None:
+    fields = write_fold(tmp_path / "part.vtu")
+    made, said = (plica.build_mesh(folds(fields | sides)) for sides in ({}, {"sides": "x"}))
+    assert (np.unique(np.asarray(made.cell_side)) == [1, 2]).all()
+    assert np.array_equal(made.cell_side, said.cell_side)
+    assert np.array_equal(made.cells, said.cells)
+
+
 def test_nodes_almost_in_a_plane_are_moved_into_it(tmp_path: Path) -> None:
     """A file of seven digits: the cut of a quarter is flat to a tenth of a micrometre."""
     exact = plica.build_mesh(folds(write_fold(tmp_path / "q.vtu", y=(0, 6)), "quarter", surfaces={}))
