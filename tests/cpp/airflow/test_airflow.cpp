@@ -61,15 +61,6 @@ Vector3 total(const Vector& force) { return as_points(force).colwise().sum().tra
 
 }  // namespace
 
-TEST_CASE("the larynx at rest lets the published volume flow through its prephonatory gap") {
-  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
-  const Airflow airflow(mesh, mesh.surface("airway"), thesis());
-  const FlowState state = airflow.evaluate(airflow.areas(mesh.points), false);
-  CHECK(state.area[state.separation] == approx(0.0549779e-4).epsilon(2e-6));  // printed to six digits
-  CHECK(state.flow == approx(198.3e-6).epsilon(3e-4));                        // printed to four digits
-  CHECK(!state.stopped);
-}
-
 TEST_CASE("the larynx has one section at each level, one node on each side") {
   const Larynx larynx = Larynx::thesis_coarse();
   const TetMesh mesh = larynx_mesh(larynx);
@@ -234,16 +225,6 @@ TEST_CASE("each half-ellipse has its own minor half-axis and becomes negative by
   const Vector change = airflow.areas(x) - airflow.areas(mesh.points);
   CHECK(change.isConstant(-std::acos(-1.0) / 2 * 0.7e-2 * 0.5e-2, 1e-12));
   CHECK(airflow.areas(x)[4] < 0);
-}
-
-TEST_CASE("the flow through a unit area is the Bernoulli velocity") {
-  const TetMesh mesh = duct();
-  Airflow::Options options = thesis();
-  options.air_density = 1.14;
-  const Airflow airflow(mesh, mesh.surface("airway"), options);
-  Vector area(5);
-  area << 4, 3, 2, 1, 5;
-  CHECK(airflow.evaluate(area, false).flow == approx(37.463).epsilon(2e-5));  // printed to five digits
 }
 
 TEST_CASE("pressure falls by the square of the area ratio and is zero from the separation on") {

@@ -6,6 +6,18 @@
 
 namespace scenes {
 
+/// Folds in the flow of a viscous slit, whose air is in tubes or has inertia.
+inline Scene voice(bool tubes, bool inertance) {
+  Scene scene = larynx_folds();
+  scene.airflow->flow.model = ViscousSlit{1.2, 1.8e-5, 3e-4, inertance};
+  scene.airflow->flow.area = CutSections{8};
+  if (tubes) {
+    scene.airflow->tubes.trachea = Tube{{0.12}, {2e-4}, PressureSupply{0.5}, {}, 1000.0};
+    scene.airflow->tubes.tract = Tube{{0.03, 0.14}, {0.6e-4, 4e-4}, Radiation{}, YieldingWall{}, 1000.0};
+  }
+  return scene;
+}
+
 /// W, of the air on walls that move so.
 inline double power_on_walls(const FlowState& flow, const AirwayExpansion& moving) {
   return flow.subglottal_pressure * moving.below + flow.pressure.dot(moving.sections) +

@@ -49,24 +49,6 @@ TEST_CASE("every constant strain of a distorted mesh gives no inner nodal force 
   }
 }
 
-TEST_CASE("a distorted mesh with a held hull takes up the constant strain of the hull") {
-  for (const Kind kind : {Kind::linear, Kind::curved}) {
-    CAPTURE(static_cast<int>(kind));
-    const Distorted scene(kind);
-    const BlockMatrix blocks = Assembler(scene.mesh).stiffness(scenes::uniform(scene.mesh, scenes::oblique()));
-    const auto inner = inner_unknowns(scene);
-    const Eigen::MatrixXd K = blocks.to_sparse().toDense();
-    Matrix3 H;
-    H << 0.1, 0.2, -0.3, 0.05, -0.2, 0.1, 0.4, 0.3, 0.2;
-    const Vector exact = scenes::affine_displacement(scene.mesh, H);
-    Vector held = exact;
-    held(inner).setZero();
-    const Vector load = -(K * held);
-    const Vector solution = K(inner, inner).ldlt().solve(load(inner));
-    CHECK((solution - exact(inner)).norm() < 1e-10 * exact(inner).norm());
-  }
-}
-
 TEST_CASE("an infinitesimal rigid motion costs no force, elastic or viscous") {
   for (const Kind kind : scenes::kinds) {
     const Distorted scene(kind);

@@ -13,6 +13,7 @@ from plica import _engine as engine
 from plica.errors import InvalidInput, SolveFailed
 from plica.verify.bodies.bars import PROBLEMS
 from plica.verify.bodies.body import Body, block
+from plica.verify.tissue.modes import exact_shear, per_cell, shear_block
 
 CENTRAL = engine.CentralDifferences()
 SIZE = (0.02, 0.01, 0.01)
@@ -325,3 +326,24 @@ def test_the_mass_is_diagonal() -> None:
     mass = csr_array(stepped(body, 1e-6).mass, shape=(body.fixed.size,) * 2)
     assert abs(mass - diags_array(mass.diagonal())).sum() == 0
     assert mass.diagonal().min() > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("order", "cells"), [(1, 4), (2, 2)])
+def test_a_lumped_mass_takes_the_shear_mode_below_the_exact_one_to_second_order(
+    order: int, cells: int
+) -> None:
+    """R7, whose errors with a consistent mass are rows of `plica verify`."""
+    errors, exact = [], exact_shear(1, 0)
+    for finer in (cells, 2 * cells):
+        body = shear_block(order, finer)
+        M, _, K = matrices(body)
+        x = body.mesh.points[:, 0]
+        shape = np.zeros((len(x), 3))
+        shape[:, 1] = np.sin(0.5 * np.pi * x / np.ptp(x))
+        squares, modes = eigsh(K, k=12, M=M, sigma=exact**2)
+        own = np.argmax(np.abs(modes.T @ (M @ shape.ravel()[body.free])))
+        errors.append(np.sqrt(squares[own]) / exact - 1)
+    assert max(errors) < 0
+    next_term = np.log2(1 + per_cell(cells, 1, 0) ** 2)  # of the error, on the coarser mesh
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=next_term)
