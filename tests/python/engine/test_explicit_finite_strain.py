@@ -284,6 +284,27 @@ def test_it_has_the_same_bits_resumed_and_with_two_threads(colliding: plica.Scen
         assert through["strain_largest"].max() > 0.05
 
 
+def test_what_contact_adds_to_the_stiffness_of_now_is_told_as_its_own(colliding: plica.Scene) -> None:
+    """What is closed counts beside the tissue: a penalty by volume has no bound beforehand."""
+    fast = {"initial.velocity": {"a": (0.5, 0.0, 0.0), "b": (-0.5, 0.0, 0.0)}}
+    soft, stiff = (
+        explicit(
+            colliding,
+            1e-5,
+            **{"contact.volume_penalty": {"kappa": kappa}, "contact.multipliers": None},
+            **fast,
+        )
+        for kappa in (1e9, 1e13)
+    )
+    assert plica.build_simulation(soft).advance(60)["contact_rows"].max() > 0
+    run = plica.build_simulation(stiff)
+    with pytest.raises(
+        StepFailed, match=r"Contact: its stiffness at node \d+ asks for steps of at most "
+    ) as raised:
+        run.advance(60)
+    assert 0 < named(raised.value) < 1e-5
+
+
 @pytest.mark.parametrize("symmetry", ["half", "quarter"])
 def test_a_part_of_a_symmetric_voice_moves_as_the_whole(symmetry: str) -> None:
     whole, part = (plica.build_simulation(explicit_voice(symmetry=of)) for of in (None, symmetry))
