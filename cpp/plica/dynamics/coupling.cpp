@@ -43,14 +43,24 @@ void once(Instant at, AirColumn& air, CoupledStep& step, std::optional<FlowRecor
   flow->residual = pressure_difference(air.airflow(), reached.pressure, flow->state.pressure);
 }
 
-FlowRecord iterate(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
-  constexpr int depth = 6;  // residual differences kept; sections are few
+/// `before`: what the flow did in the rounds before, none in the first.
+FlowRecord iterate(const Iterated& coupling, AirColumn& air, CoupledStep& step,
+                   const std::optional<FlowRecord>& before) {
+  constexpr int depth = 6;         // residual differences kept; sections are few
+  constexpr int many_rounds = 10;  // of freeze_after sweeps: where the flow jumps from round to round
   AirwayPressure pressure = flow_through(step, air, Instant::weighted).on_walls();
   Anderson mixing(depth);
   for (const AirColumn::Secant& known : air.remembered().secants) mixing.take({known.image, known.residual});
   Vector first, image_of_first;
   FlowRecord record;
   std::optional<AirColumn::Held> held;
+  const auto hold = [&](const FlowState& state) {
+    record.frozen = true;
+    held = {state.stopped, state.separation};
+  };
+  const bool jumps = air.airflow().stops_at_contact();
+  if (before && jumps && (before->frozen || before->sweeps >= many_rounds * coupling.freeze_after))
+    hold(before->state);
   for (record.sweeps = 1;; ++record.sweeps) {
     step.move(pressure, Instant::weighted);
     const Stopwatch watch(step.times().load);
@@ -68,9 +78,8 @@ FlowRecord iterate(const Iterated& coupling, AirColumn& air, CoupledStep& step) 
     }
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
-    if (!held && record.sweeps >= coupling.freeze_after && air.airflow().stops_at_contact()) {
-      record.frozen = true;
-      held = {record.state.stopped, record.state.separation};
+    if (!held && record.sweeps >= coupling.freeze_after && jumps) {
+      hold(record.state);
       mixing.forget();
     }
     const Vector next = mixing.next(taken, found);
@@ -102,7 +111,7 @@ void couple(const Coupling& coupling, AirColumn& air, CoupledStep& step, std::op
   const auto* iterated = std::get_if<Iterated>(&coupling);
   if (!iterated) return once(load_instant(coupling), air, step, flow);
   const int sweeps = flow ? flow->sweeps : 0;
-  flow = iterate(*iterated, air, step);
+  flow = iterate(*iterated, air, step, flow);
   flow->sweeps += sweeps;
 }
 

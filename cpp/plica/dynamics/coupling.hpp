@@ -35,9 +35,9 @@ struct Extrapolated {};
 /// The load of the step's own positions at t_{n+1+alpha}: fixed point, accelerated by Anderson mixing. Bernoulli's
 /// flow jumps where the section of least area changes or the flow stops, and a fixed point may then not exist:
 /// from sweep `freeze_after` on the section of separation and the stop are held for the rest of the step, and the
-/// step is counted. One that still has none after `max_sweeps` keeps its last load, of positions that differ by
-/// the recorded residual: equilibrium holds, the coupling is that of a lagged load for this step, and it is
-/// counted too.
+/// step is counted; so they are from ten times as many on in all rounds of a step. One that still has none after
+/// `max_sweeps` keeps its last load, of positions that differ by the recorded residual: equilibrium holds, the
+/// coupling is that of a lagged load for this step, and it is counted too.
 struct Iterated {
   double tolerance = 1e-5;  // -, > 0: largest change of a section's pressure, in subglottal ones after their rise
   int max_sweeps = 40;      // >= 1; with Bernoulli's flow > freeze_after

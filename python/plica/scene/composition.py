@@ -89,11 +89,6 @@ _SUPPLIED_FLOW = key("trachea.supply.flow", must="must be a supply of pressure")
 _CLOSED = key("tract.end", "closed", must='must be "open" or "reflecting"')
 _NOT_ITERATED = key("airflow.coupling", "lagged", "extrapolated", must='must be "iterated"')
 _CURRENT_SHAPE = key("airflow.load_shape", "current", must='must be "reference"')
-_BERNOULLI = key(
-    "airflow.model.bernoulli",
-    must="must be another model",
-    hint="Its flow jumps with the section of separation, between which no turn finds a balance.",
-)
 _ELLIPTIC = key(
     "airflow.area",
     "elliptic",
@@ -245,7 +240,7 @@ COMBINATIONS = (
     Combination(
         "the tissue's stiffness changes with its motion, and a step finds its force and the flow in turns.",
         "construction",
-        each([_NITSCHE, _REDISTRIBUTED, _REDUCTION, _BERNOULLI], [_STRAIN]),
+        each([_NITSCHE, _REDISTRIBUTED, _REDUCTION], [_STRAIN]),
     ),
 )
 """In the order of the documentation: what physics forbids, then what could be built."""

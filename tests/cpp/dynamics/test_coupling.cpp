@@ -199,3 +199,51 @@ TEST_CASE("a coupling that does not iterate has one load in all rounds of tissue
       CHECK(most_rows > 0);
     }
 }
+
+TEST_CASE(
+    "what a round of a step has held of Bernoulli's flow is held in the rounds after it, and after many rounds") {
+  /// Its areas do not answer to pressures.
+  class StillStep final : public CoupledStep {
+   public:
+    Vector areas(Instant) const override { return now; }
+    AirwayExpansion expansion(Instant) const override { return {}; }
+    void move(const AirwayPressure&, Instant) override {}
+    bool blocks() const override { return touches; }
+    StepTimes& times() const override { return times_; }
+    Vector now;
+    bool touches = false;
+
+   private:
+    mutable StepTimes times_;
+  };
+  const Simulation simulation(larynx_with(Iterated{}), options(HilberHughesTaylor{}, 1e-4, 1e-10));
+  const Airflow& airflow = *simulation.airflow();
+  AirColumn column(airflow, 1e-4);
+  column.begin_step({}, 0.0, 1e-4);
+  StillStep step;
+  step.now = Vector::Constant(airflow.sections().count(), 2e-5);
+  step.now[5] = 1e-5;
+  std::optional<FlowRecord> flow;
+  couple(Iterated{}, column, step, flow);
+  REQUIRE(flow->state.separation == 5);
+  CHECK_FALSE(flow->frozen);
+
+  step.now[5] = 2e-5;
+  step.now[3] = 1e-5;
+  step.touches = true;
+  const auto after = [&](bool frozen, int sweeps) {
+    std::optional<FlowRecord> round = flow;
+    round->frozen = frozen;
+    round->sweeps = sweeps;
+    couple(Iterated{}, column, step, round);
+    CHECK(round->sweeps > sweeps);
+    return *round;
+  };
+  CHECK(after(false, 1).state.stopped);
+  for (const auto& [frozen, sweeps] : {std::pair{true, 9}, std::pair{false, 10 * Iterated{}.freeze_after}}) {
+    const FlowRecord held = after(frozen, sweeps);
+    CHECK(held.frozen);
+    CHECK(held.state.separation == 5);
+    CHECK_FALSE(held.state.stopped);
+  }
+}

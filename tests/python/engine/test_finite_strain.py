@@ -203,9 +203,12 @@ def test_large_motion_is_that_of_a_second_algorithm_to_second_order(scheme: Any)
         assert coarse / fine == pytest.approx(4, rel=0.15)
 
 
-def test_flow_contact_and_balance_of_energies() -> None:
-    run = plica.build_simulation(voice())
+@pytest.mark.parametrize("model", ["viscous_slit", "bernoulli"])
+def test_flow_contact_and_balance_of_energies(model: str) -> None:
+    run = plica.build_simulation(voice(**{"airflow.model": model}))
     waves = run.advance(60)
+    assert waves["flow_stopped"].any() == (model == "bernoulli")  # by contact
+    assert waves["coupling_converged"].all()
     assert waves["contact_rows"].max() > 0
     assert waves["flow"].max() > 0
     energy = (waves["kinetic_energy"] + waves["elastic_energy"]).max()

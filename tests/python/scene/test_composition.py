@@ -36,7 +36,6 @@ CHANGES: dict[str, dict[str, Any]] = {
     'airflow.coupling = "lagged" or "extrapolated"': {"airflow.coupling": "extrapolated"},
     "airflow.course": {"airflow.course": {"time": [0.0, 1e-3], "pressure": [800.0, 200.0]}},
     'airflow.load_shape = "current"': {"airflow.load_shape": "current"},
-    "airflow.model.bernoulli": {"airflow.model": "bernoulli"},
     "airflow.rise = 0": {"airflow.rise": 0},
     "airflow.rise > 0": {"airflow.rise": 1e-3},
     "contact other than multipliers at the end of the step": {"contact.multipliers.position": "weighted"},
