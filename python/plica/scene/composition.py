@@ -219,28 +219,24 @@ COMBINATIONS = (
         each([_FRICTION], [_PENALTY, _VOLUME_PENALTY, _NITSCHE, _UNCONDENSED]),
     ),
     Combination(
-        "it takes the stress of all tissue, at nodes and about the shape at rest.",
+        "it takes the stress of all tissue, at nodes, linear and about the shape at rest.",
         "construction",
-        each([_NITSCHE], [_POSTURE, _SYMMETRY, _REDUCTION, _MORTAR]),
+        each([_NITSCHE], [_POSTURE, _STRAIN, _SYMMETRY, _REDUCTION, _MORTAR]),
     ),
     Combination(
-        "nodes without mass follow those behind them as at rest, not as at a posture or in a basis.",
+        "nodes without mass follow those behind them as linear tissue at rest does, each on its own.",
         "construction",
-        each([_REDISTRIBUTED], [_POSTURE, _REDUCTION]),
+        each([_REDISTRIBUTED], [_POSTURE, _STRAIN.saying(""), _REDUCTION]),
     ),
     Combination(
         "that is for small motion about one shape, where loads do not turn and the same nodes meet.",
         "construction",
         (
+            (_REDUCTION, _STRAIN),
             *each([_MORTAR, _TRIANGULATED, _CURRENT_SHAPE], [_REDUCTION]),
             (_CURRENT_SHAPE, _IN_THE_FLOW.saying("")),
             (_OTHER_THAN_MULTIPLIERS, _MIRRORED_REDUCTION),
         ),
-    ),
-    Combination(
-        "the tissue's stiffness changes with its motion, and a step finds its force and the flow in turns.",
-        "construction",
-        each([_NITSCHE, _REDISTRIBUTED, _REDUCTION], [_STRAIN]),
     ),
 )
 """In the order of the documentation: what physics forbids, then what could be built."""
