@@ -7,7 +7,8 @@ namespace plica {
 
 namespace {
 
-constexpr std::int64_t most_steps_between_looks = 16;
+constexpr std::int64_t most_steps_between_looks = 4;
+constexpr double faster = 1.0;  // motion than at the last look asks for another
 
 }  // namespace
 
@@ -25,7 +26,10 @@ std::optional<SlopeWatch::TooLong> SlopeWatch::at(const Vector& u, std::int64_t 
   const double h = motion_.step(), elastic = 0.25 * h * h, beside = elastic * further;
   const bool follows = step == last_ + 1;
   last_ = step;
-  if (known_.size() > 0 && (!follows || step >= next_look_)) {
+  const double motion = last_u_.size() > 0 ? (u - last_u_).cwiseAbs().maxCoeff() : 0.0;
+  last_u_ = u;
+  if (known_.size() > 0 && (!follows || step >= next_look_ || motion > faster * moved_)) {
+    moved_ = motion;
     const double changed = bound_.change(known_, u, elastic, h).value;
     // Half of what is left may go until the next look, at the rate of now.
     const double steps = static_cast<double>(std::max<std::int64_t>(step - looked_, 1));
@@ -40,6 +44,7 @@ std::optional<SlopeWatch::TooLong> SlopeWatch::at(const Vector& u, std::int64_t 
   eigenvalue_ = stable.eigenvalue(h);
   known_ = u;
   change_ = 0.0;
+  moved_ = motion;
   looked_ = step;
   next_look_ = step + 1;
   if (eigenvalue_ + beside <= 1) return std::nullopt;

@@ -22,7 +22,8 @@ class SlopeWatch {
     std::int32_t stiffest;   // the cell with the largest bound
   };
   /// At the displacement u (3 n) m of so many steps, `further` 1/s^2 of stiffness beside the tissue's. It looks at
-  /// the slopes every few steps, and in any that does not follow upon the last. Throws SolveFailed where a cell is
+  /// the slopes every few steps, and in any that moves further than that of the last look did or that does not
+  /// follow upon the last. Throws SolveFailed where a cell is
   /// inside out.
   std::optional<TooLong> at(const Vector& u, std::int64_t step, double further);
 
@@ -36,6 +37,8 @@ class SlopeWatch {
   Vector known_;             // u at which the eigenvalue was found; empty before
   double eigenvalue_ = 0.0;  // at known_
   double change_ = 0.0;      // a bound of what it has grown by since, of the last look
+  Vector last_u_;
+  double moved_ = 0.0;  // m, the largest of a component in the step of the last look
   std::int64_t last_ = -1, looked_ = 0, next_look_ = 0;
 };
 

@@ -15,6 +15,7 @@ constexpr double least_part = 1.0 / 512;
 constexpr int most_iterations = 12;
 constexpr double solve_tolerance = 1e-9;
 constexpr double least_step = 1e-11;  // of the mesh's size: the error after it is the square of that
+constexpr double near = 0.25;         // of a part's motion, by which the trapezoidal rule may miss it
 
 std::string percent_text(double share) { return number_text(std::floor(1000 * share) / 10); }
 
@@ -59,16 +60,24 @@ class Walk {
     return step.x;
   }
 
-  /// One part of the way, from an equilibrium to the next; else why there is none so near.
+  /// How the equilibrium u at a share moves on to another share, to first order.
+  Vector foretell(const Vector& u, double from, double to) const {
+    const Vector given = way_.moved(from, to);
+    Assembler::Stretched there = way_.balance(u, to);
+    const Vector force = -(there.force + there.slope * given);
+    return given + solved(std::move(there.slope), force);
+  }
+
+  /// One part of the way, from an equilibrium to the next; else why there is none so near. It must be what the
+  /// slopes at both ends foretell: Newton's method may as well end in an equilibrium that no way leads to.
   bool go_on(double done, double aim, std::string& why) {
     why = "Newton's method does not lead on";
     Vector u = found_.displacement;
     try {
-      const Vector given = way_.moved(done, aim);
-      Assembler::Stretched now = way_.balance(u, aim);
-      u += given + solved(now.slope, -(now.force + now.slope * given));
+      const Vector foretold = foretell(u, done, aim);
+      u += foretold;
       for (int i = 0; i < most_iterations; ++i) {
-        now = way_.balance(u, aim);
+        Assembler::Stretched now = way_.balance(u, aim);
         if (!now.force.allFinite()) break;
         ++found_.iterations;
         const Vector step = solved(std::move(now.slope), -now.force);
@@ -76,6 +85,12 @@ class Walk {
         if (step.cwiseAbs().maxCoeff() > least_step * size_) continue;
         if (const auto cell = first_folded_cell(mesh_.points + as_points(u), mesh_.cells)) {
           why = "cell " + std::to_string(*cell) + " at " + centre_text(*cell) + " folds over";
+          break;
+        }
+        const Vector whole = u - found_.displacement;
+        const bool rounded = whole.cwiseAbs().maxCoeff() < least_step * size_ / near;
+        if (!rounded && (0.5 * (foretold - foretell(u, aim, done)) - whole).norm() > near * whole.norm()) {
+          why = "it gives way to a shape that is far off";
           break;
         }
         found_.displacement = u;

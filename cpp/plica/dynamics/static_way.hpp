@@ -27,8 +27,9 @@ struct StaticEnd {
 };
 
 /// Goes the way in parts, halved where they do not lead on: Newton's method with its exact slope, which has to be
-/// positive definite wherever it is looked at, to a step below 1e-11 of the mesh's size. Throws SolveFailed naming
-/// the share at which a cell is inverted or the tissue gives way (buckles).
+/// positive definite wherever it is looked at, to a step below 1e-11 of the mesh's size. A part is taken if its
+/// motion is that of the trapezoidal rule to a quarter of it: tissue that snaps through ends elsewhere. Throws
+/// SolveFailed naming the share at which a cell is inverted or the tissue gives way (buckles).
 StaticEnd walk(const TetMesh& mesh, const Supports& supports, const StaticWay& way);
 
 }  // namespace plica

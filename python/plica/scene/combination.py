@@ -108,16 +108,16 @@ def at(part: Any, path: str) -> Any:
     return part
 
 
-def key(path: str, *values: object, must: str = "must be left out", hint: str = "", name: str = "") -> Choice:
+def key(path: str, *values: object, must: str = "must be left out", hint: str = "") -> Choice:
     """A dotted key that is given or, with `values`, that has one of them; of a choice, its kinds."""
 
     def found(part: Any) -> Fault:
         value = at(part, path)
         if values:
             value = getattr(value, "chosen", value)
-        if value not in values if values else not value:
+        if value not in values if values else value is None or value == ():
             return None
         return tuple(path.split(".")), value if isinstance(value, str | float | bool) else None
 
     texts = [f'"{value}"' if isinstance(value, str) else f"{value}" for value in values]
-    return Choice(name or path + (f" = {' or '.join(texts)}" if texts else ""), found, must, hint)
+    return Choice(path + (f" = {' or '.join(texts)}" if texts else ""), found, must, hint)

@@ -74,6 +74,19 @@ def _other_than_multipliers(scene: Any) -> Fault:
     return None if position == "end_of_step" else (("contact", "multipliers", "position"), position)
 
 
+def _rises(scene: Any) -> Fault:
+    rise = at(scene, "airflow.rise")
+    return (("airflow", "rise"), rise) if rise else None
+
+
+def _not_iterated(scene: Any) -> Fault:
+    """A coupling that foretells what an implicit step leads to; an explicit one knows it."""
+    coupling = at(scene, "airflow.coupling")
+    if coupling is None or coupling.chosen == "iterated" or at(scene, "time.scheme.central_differences"):
+        return None
+    return ("airflow", "coupling"), coupling.chosen
+
+
 def _mirrored_reduction(scene: Any) -> Fault:
     return _REDUCTION.found(scene) if at(scene, "symmetry") else None
 
@@ -81,13 +94,13 @@ def _mirrored_reduction(scene: Any) -> Fault:
 _NO_AIRFLOW = Choice("no airflow", _no_airflow)
 _TUBES = [key(name, hint="Nothing flows there. Add [airflow].") for name in ("tract", "trachea")]
 _COURSE = key("airflow.course", hint="The pressure follows from the flow.")
-_RISES = key("airflow.rise", must="must be 0 s", name="airflow.rise > 0")
+_RISES = Choice("airflow.rise > 0", _rises, "must be 0 s")
 _AT_ONCE = key(
     "airflow.rise", 0, must="must be > 0 s", hint="Give the time over which the pressure rises, such as 5 ms."
 )
 _SUPPLIED_FLOW = key("trachea.supply.flow", must="must be a supply of pressure")
 _CLOSED = key("tract.end", "closed", must='must be "open" or "reflecting"')
-_NOT_ITERATED = key("airflow.coupling", "lagged", "extrapolated", must='must be "iterated"')
+_NOT_ITERATED = Choice('airflow.coupling = "lagged" or "extrapolated"', _not_iterated, 'must be "iterated"')
 _CURRENT_SHAPE = key("airflow.load_shape", "current", must='must be "reference"')
 _ELLIPTIC = key(
     "airflow.area",

@@ -3,6 +3,7 @@ and where there is none."""
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +14,7 @@ from scipy.optimize import fsolve, root
 import plica
 from flow_folds import folds
 from plica import _engine
+from plica.scene.mesh.changed import changed_mesh
 from stretched_bodies import DENSITY, FIBRED, Law, block, consistent_mass, tissue_force
 
 STIFFENING, MATRIX = 2.0, 3.0
@@ -171,3 +173,21 @@ def test_what_has_none_is_told_by_its_scene() -> None:
     printed = folds().replace({"strain": "finite", "tissue": "thesis"})
     with pytest.raises(plica.SceneError, match=r"mu_transverse = .* with strain: stretched tissue is"):
         plica.equilibrium(printed)
+
+
+@pytest.mark.parametrize("gravity", [2.0, 3.0, 6.0, 12.0])
+def test_an_arch_beyond_its_limit_load_is_refused_and_does_not_snap_through(gravity: float) -> None:
+    """At 1.46 m/s^2 it gives way; Newton's method finds the shapes beyond from some loads."""
+    bar = block((16, 1, 1), (20e-3, 1e-3, 0.6e-3), order=2)
+    x = np.array(bar.points)
+    fixed = np.repeat(((x[:, 0] == 0) | (x[:, 0] == 20e-3))[:, None], 3, axis=1)
+    fixed[:, 1] = True
+    x[:, 2] += 1.5e-3 * np.sin(np.pi * x[:, 0] / 20e-3)
+    arch = changed_mesh(bar, points=x)
+    soft = _engine.Material(_engine.Isotropic(E=10e3, nu=0.0), density=1000.0)
+    below = rest(arch, soft, fixed, gravity=(0, 0, -1.4))
+    assert -0.7e-3 < below[:, 2].min() < -0.3e-3
+    with pytest.raises(plica.SolveFailed, match="no equilibrium beyond") as failure:
+        rest(arch, soft, fixed, gravity=(0, 0, -gravity))
+    reached = float(re.findall(r"beyond ([0-9.]+) %", str(failure.value))[0]) / 100 * gravity
+    assert reached == pytest.approx(1.46, abs=0.06)

@@ -108,6 +108,20 @@ def test_each_pair_is_refused_by_its_key_with_its_reason(
     )
 
 
+@pytest.mark.parametrize("name", ["opening_velocity", "opening_displacement"])
+def test_what_is_given_as_zero_is_given(phonating: plica.Scene, name: str) -> None:
+    with pytest.raises(plica.SceneError, match="A block has no glottis"):
+        phonating.replace({**ON_BOX, "initial": plica.Initial(**{name: 0.0})})
+
+
+@pytest.mark.parametrize("coupling", ["lagged", "extrapolated"])
+def test_explicit_steps_between_tubes_take_any_coupling(phonating: plica.Scene, coupling: str) -> None:
+    """They know where they lead."""
+    explicit = {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}}
+    scene = phonating.replace({**explicit, "tract": TUBE, "airflow.coupling": coupling})
+    assert scene.airflow is not None and scene.airflow.coupling.chosen == coupling
+
+
 def test_every_option_and_other_is_tried() -> None:
     assert set(CHANGES) == {choice.name for _, *pair in PAIRS for choice in pair}
     assert len({(option.name, other.name) for _, option, other in PAIRS}) == len(PAIRS)
