@@ -1,13 +1,34 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <random>
 
 #include "../approx.hpp"
 #include "plica/airflow/traction.hpp"
+#include "plica/mesh/block.hpp"
 
 using namespace plica;
 
 namespace {
+
+FaceVectors rows(const Points& x, const Faces& faces, std::ptrdiff_t f) {
+  FaceVectors at(faces.cols(), 3);
+  for (int c = 0; c < faces.cols(); ++c) at.row(c) = x.row(faces(f, c));
+  return at;
+}
+
+/// A block with all its nodes moved at random, so that six-node faces are curved.
+TetMesh crumpled(bool quadratic) {
+  Block block;
+  block.size = {1, 2, 1.5};
+  block.divisions = {2, 3, 2};
+  TetMesh mesh = block_mesh(block);
+  if (quadratic) mesh = to_quadratic(mesh);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> by(-0.08, 0.08);
+  for (auto& value : mesh.points.reshaped()) value += by(random);
+  return mesh;
+}
 
 /// A curved six-node face, and N of VTK's quadratic triangle.
 FaceVectors curved() {
@@ -22,6 +43,44 @@ double shape(int l, double r, double s) {
 }
 
 }  // namespace
+
+TEST_CASE("constant pressure on a closed surface has neither force nor moment") {
+  for (const bool quadratic : {false, true}) {
+    const TetMesh mesh = crumpled(quadratic);
+    const Faces faces = boundary_of(mesh.cells).faces;
+    Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+    double size = 0;
+    for (std::ptrdiff_t f = 0; f < faces.rows(); ++f) {
+      const FaceVectors x = rows(mesh.points, faces, f);
+      const FaceVectors load = pressure_load(x, FaceValues::Constant(x.rows(), 800));
+      for (int c = 0; c < x.rows(); ++c) {
+        force += load.row(c).transpose();
+        moment += x.row(c).cross(load.row(c)).transpose();
+        size += load.row(c).norm();
+      }
+    }
+    CHECK(size > 1000);                  // N: 800 Pa on some 13 m^2
+    CHECK(force.norm() < 1e-13 * size);  // round-off of some 500 terms
+    CHECK(moment.norm() < 3e-13 * size);
+  }
+}
+
+TEST_CASE("a flat patch receives pressure times area, into the tissue") {
+  for (const bool quadratic : {false, true}) {
+    Block block;
+    block.size = {2, 3, 1};
+    block.divisions = {3, 2, 1};
+    TetMesh mesh = block_mesh(block);
+    if (quadratic) mesh = to_quadratic(mesh);
+    const Faces& top = mesh.surface("z_max");
+    Vector3 force = Vector3::Zero();
+    for (std::ptrdiff_t f = 0; f < top.rows(); ++f) {
+      const FaceVectors load = pressure_load(rows(mesh.points, top, f), FaceValues::Constant(top.cols(), 50));
+      force += load.colwise().sum().transpose();
+    }
+    CHECK((force - Vector3(0, 0, -300)).norm() < 1e-11);  // 50 Pa on 6 m^2, to round-off
+  }
+}
 
 TEST_CASE("linear pressure on a triangle gives Eq. (17)") {
   FaceVectors x(3, 3);

@@ -119,7 +119,8 @@ def test_explicit_steps_between_tubes_take_any_coupling(phonating: plica.Scene, 
     """They know where they lead."""
     explicit = {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}}
     scene = phonating.replace({**explicit, "tract": TUBE, "airflow.coupling": coupling})
-    assert scene.airflow is not None and scene.airflow.coupling.chosen == coupling
+    assert scene.airflow is not None
+    assert scene.airflow.coupling.chosen == coupling
 
 
 def test_every_option_and_other_is_tried() -> None:
