@@ -67,7 +67,7 @@ FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
   AirwayPressure pressure = flow_through(step, air, Instant::weighted).on_walls();
   Anderson mixing(depth);
-  for (const AirColumn::Secant& known : air.remembered().secants) mixing.take({known.image, known.residual});
+  for (const Secant& known : air.remembered().secants) mixing.take(known);
   Vector first, image_of_first;
   FlowRecord record;
   std::optional<AirColumn::Held> held;
