@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "plica/airflow/airflow.hpp"
+#include "plica/airflow/secant.hpp"
 #include "plica/airflow/transmission_line.hpp"
 
 namespace plica {
@@ -17,11 +18,6 @@ Gas gas_of(const Airflow::Options& flow, double sound_speed);
 class AirColumn {
  public:
   enum class Instant { last, weighted };  // t_n, t_{n+1+alpha}
-  /// How the pressures at sections and ends (s + 2) Pa of a coupling answer to theirs: by how much two of their
-  /// images differ, and those less what they are images of.
-  struct Secant {
-    Vector image, residual;
-  };
   /// At the end of a step, as what a file keeps.
   struct Memory {
     bool flow_stopped = false;
@@ -33,7 +29,9 @@ class AirColumn {
     // the flow had always been so; empty without inertance.
     Vector momentum, momentum_before;
     double interval = 0.0;
-    std::vector<Secant> secants;  // of the last two couplings that iterated between tubes; newest last
+    // How the pressures at sections and ends (s + 2) Pa answered to theirs in the last two couplings that iterated
+    // between tubes; newest last.
+    std::vector<Secant> secants;
     std::vector<double> numbers() const;
     /// Throws InvalidInput for numbers that are not such.
     static Memory of(const std::vector<double>& numbers);

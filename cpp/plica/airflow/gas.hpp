@@ -2,7 +2,7 @@
 
 namespace plica {
 
-/// Air as sound travels in it.
+/// Air at rest: of the flow through the glottis, and of sound in tubes.
 struct Gas {
   double density = 1.23;      // kg/m^3, > 0
   double sound_speed = 350;   // m/s, > 0

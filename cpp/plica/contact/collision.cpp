@@ -97,14 +97,14 @@ void Collision::Options::validate() const {
 }
 
 Collision::Collision(Airway airway, const Points& reference, std::unique_ptr<ContactMethod> method,
-                     std::optional<Friction> friction, Options options, std::unique_ptr<ForceSolver> forces,
+                     std::optional<Friction> friction, Options options, std::unique_ptr<ForceSolver> solver,
                      const FaceMethod& faces)
     : detector_(std::move(airway), reference),
       method_(std::move(method)),
       friction_(friction),
       options_(options),
       at_nodes_(std::holds_alternative<AtNodes>(faces)),
-      force_solver_(std::move(forces)) {
+      force_solver_(std::move(solver)) {
   options_.validate();
   if (friction_) {
     require_positive("friction", friction_->coefficient, "");

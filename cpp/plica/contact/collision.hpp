@@ -29,7 +29,7 @@ class Collision {
   /// Throws InvalidInput for a parameter outside its range, for friction or faces that the method cannot have, and
   /// for faces that are not the airway's.
   Collision(Airway airway, const Points& reference, std::unique_ptr<ContactMethod> method,
-            std::optional<Friction> friction, Options options, std::unique_ptr<ForceSolver> forces,
+            std::optional<Friction> friction, Options options, std::unique_ptr<ForceSolver> solver,
             const FaceMethod& faces = AtNodes{});
   Collision(const Collision&) = delete;
   Collision& operator=(const Collision&) = delete;

@@ -4,13 +4,9 @@
 #include <vector>
 
 #include "plica/core/types.hpp"
+#include "plica/solve/shared_compliance.hpp"
 
 namespace plica {
-
-/// Of the largest diagonal entry of a compliance: added to its diagonal, so that rows that repeat others, which
-/// make it singular, share the force. Columns solved for to 1e-12 leave it indefinite by about their condition
-/// times that; the motion is the same to this accuracy.
-inline constexpr double shared_compliance = 1e-9;
 
 /// How the search for the active set ended.
 struct Complementarity {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "plica/contact/force_solver.hpp"
+#include "plica/contact/motion_solver.hpp"
 #include "plica/core/error.hpp"
 
 namespace plica {
@@ -11,10 +11,10 @@ namespace {
 /// the thesis's size) loses the rows and stagnates. 8 n bytes each.
 constexpr int restart = 300;
 
-class GmresSolver final : public ForceSolver {
+class GmresSolver final : public MotionSolver {
  public:
   GmresSolver(const BlockMatrix& A, const Supports& supports, const Indices& nodes, const KrylovOptions& options)
-      : A_(A), supports_(supports), nodes_(nodes), options_(options), diagonal_(A.rows()), change_(A.rows()) {
+      : MotionSolver(A.rows(), supports, nodes), A_(A), options_(options), diagonal_(A.rows()) {
     // Rows that nearly repeat others end GMRES above 1e-10. Forces need no more: the motion is solved for again
     // with them, to the tolerance asked for.
     options_.tolerance = std::max(options_.tolerance, 1e-9);
@@ -26,7 +26,7 @@ class GmresSolver final : public ForceSolver {
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
-    const std::vector<Row> free_rows = without_held(rows, supports_);
+    const std::vector<Row> free_rows = not_held(rows);
     const auto solve_active = [&](const std::vector<char>& active, Vector& p, Vector& w) {
       p.setZero();
       change_.setZero();
@@ -34,18 +34,10 @@ class GmresSolver final : public ForceSolver {
       for (std::size_t i = 0; i < active.size(); ++i)
         if (active[i]) closed.push_back(static_cast<std::ptrdiff_t>(i));
       if (!closed.empty()) saddle_point(free_rows, closed, scale, p);
-      for (std::size_t i = 0; i < rows.size(); ++i)
-        w[static_cast<std::ptrdiff_t>(i)] = active[i] ? 0.0 : rows[i].free + scale * free_rows[i].along(change_);
+      set_gaps(rows, free_rows, active, scale, w);
     };
     return pivot(std::move(guess), solve_active, gap_tolerance, most_pivots);
   }
-
-  void move(const std::vector<Row>&, const Vector&, double scale, const Points& x_free, Points& x) override {
-    for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
-      x.row(nodes_[i]) = x_free.row(nodes_[i]) + scale * change_.segment<3>(3 * nodes_[i]).transpose();
-  }
-
-  void add_response(const Vector&, Vector& a) const override { a += change_; }
 
  private:
   /// G diag(A)^-1 N^T of a row with itself.
@@ -95,11 +87,8 @@ class GmresSolver final : public ForceSolver {
   }
 
   const BlockMatrix& A_;
-  const Supports& supports_;
-  Indices nodes_;
   KrylovOptions options_;
   Vector diagonal_;
-  Vector change_;  // (3 n) a - a_free of the last active set
 };
 
 }  // namespace

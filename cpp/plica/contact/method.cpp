@@ -26,7 +26,7 @@ bool presses_nothing(const Contacts& last, const std::vector<Constraint>& constr
 
 std::unique_ptr<ConstraintKind> ContactMethod::kind(Detector& detector, const FaceMethod& faces) const {
   if (const auto* mortar = std::get_if<Mortar>(&faces))
-    return mortar_means(detector, mortar->first, mortar->second);
+    return mortar_averages(detector, mortar->first, mortar->second);
   return node_pairs(detector);
 }
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <map>
 
-#include "plica/contact/force_solver.hpp"
+#include "plica/contact/motion_solver.hpp"
 #include "plica/core/error.hpp"
 #include "plica/solve/saddle_point.hpp"
 
@@ -9,20 +9,14 @@ namespace plica {
 
 namespace {
 
-class SaddleSolver final : public ForceSolver {
+class SaddleSolver final : public MotionSolver {
  public:
   SaddleSolver(const BlockMatrix& A, const Supports& supports, const Indices& nodes, KrylovOptions options)
-      : supports_(supports),
-        nodes_(nodes),
-        unknowns_(A.rows()),
-        options_(tightened(options)),
-        saddle_(A, options_) {
-    forget();
-  }
+      : MotionSolver(A.rows(), supports, nodes), options_(tightened(options)), saddle_(A, options_) {}
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
-    const std::vector<Row> free_rows = without_held(rows, supports_);
+    const std::vector<Row> free_rows = not_held(rows);
     // Forces of the last active set, of this question or of the one before, by slave.
     const auto slave = [&](std::size_t i) { return rows[i].push.front().node; };
     const auto solve_active = [&](const std::vector<char>& active, Vector& p, Vector& w) {
@@ -48,21 +42,13 @@ class SaddleSolver final : public ForceSolver {
         p[place[k]] = -lambda[static_cast<std::ptrdiff_t>(k)];
         last_force_[slave(static_cast<std::size_t>(place[k]))] = p[place[k]];
       }
-      for (std::size_t i = 0; i < active.size(); ++i)
-        w[static_cast<std::ptrdiff_t>(i)] = active[i] ? 0.0 : rows[i].free + scale * free_rows[i].along(change_);
+      set_gaps(rows, free_rows, active, scale, w);
     };
     return pivot(std::move(guess), solve_active, gap_tolerance, most_pivots);
   }
 
-  void move(const std::vector<Row>&, const Vector&, double scale, const Points& x_free, Points& x) override {
-    for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
-      x.row(nodes_[i]) = x_free.row(nodes_[i]) + scale * change_.segment<3>(3 * nodes_[i]).transpose();
-  }
-
-  void add_response(const Vector&, Vector& a) const override { a += change_; }
-
   void forget() override {
-    change_ = Vector::Zero(unknowns_);
+    change_.setZero();
     last_force_.clear();
   }
 
@@ -89,12 +75,8 @@ class SaddleSolver final : public ForceSolver {
                         "solver.method.conjugate_gradients.");
   }
 
-  const Supports& supports_;
-  Indices nodes_;
-  std::ptrdiff_t unknowns_;
   KrylovOptions options_;
   SaddlePoint saddle_;
-  Vector change_;                              // (3 n) a - a_free of the last active set
   std::map<std::int32_t, double> last_force_;  // N, of the last active set, by slave node
 };
 

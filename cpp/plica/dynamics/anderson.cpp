@@ -13,7 +13,7 @@ void Anderson::forget() {
   taken_ = false;
 }
 
-void Anderson::take(Difference difference) {
+void Anderson::take(Secant difference) {
   require_size("Anderson", "the residual of a difference", difference.residual.size(), difference.image.size());
   differences_.push_back(std::move(difference));
   taken_ = true;
@@ -33,7 +33,7 @@ Vector Anderson::next(const Vector& x, const Vector& image) {
   residual_ = residual;
   const auto columns = static_cast<std::ptrdiff_t>(differences_.size());
   if (columns == 0) return image;
-  for (const Difference& known : differences_)
+  for (const Secant& known : differences_)
     require_size("Anderson", "a difference", known.residual.size(), x.size());
   Eigen::MatrixXd residuals(x.size(), columns);
   for (std::ptrdiff_t j = 0; j < columns; ++j) residuals.col(j) = differences_[j].residual;

@@ -1,5 +1,5 @@
 #pragma once
-#include "plica/core/types.hpp"
+#include "plica/airflow/secant.hpp"
 
 namespace plica {
 
@@ -8,23 +8,18 @@ namespace plica {
 /// differences of a problem before it are at hand.
 class Anderson {
  public:
-  /// By how much two images differ, and their residuals.
-  struct Difference {
-    Vector image, residual;
-  };
-
   explicit Anderson(int depth) : depth_(depth) {}
   /// Takes x and its image, returns the next x.
   Vector next(const Vector& x, const Vector& image);
   /// Takes a difference of a problem before this one, for as long as it has none of its own.
-  void take(Difference difference);
+  void take(Secant difference);
   void forget();
 
  private:
   int depth_;
-  bool taken_ = false;                   // what differences_ are
-  Vector image_, residual_;              // of the last x; empty before
-  std::vector<Difference> differences_;  // newest last
+  bool taken_ = false;               // what differences_ are
+  Vector image_, residual_;          // of the last x; empty before
+  std::vector<Secant> differences_;  // newest last
 };
 
 }  // namespace plica

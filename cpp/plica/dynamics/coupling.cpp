@@ -50,7 +50,7 @@ FlowRecord iterate(const Iterated& coupling, AirColumn& air, CoupledStep& step,
   constexpr int many_rounds = 10;  // of freeze_after sweeps: where the flow jumps from round to round
   AirwayPressure pressure = flow_through(step, air, Instant::weighted).on_walls();
   Anderson mixing(depth);
-  for (const AirColumn::Secant& known : air.remembered().secants) mixing.take({known.image, known.residual});
+  for (const Secant& known : air.remembered().secants) mixing.take(known);
   Vector first, image_of_first;
   FlowRecord record;
   std::optional<AirColumn::Held> held;

@@ -52,10 +52,10 @@ ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const
                       renumbered(part.airway.tets, local), nullptr, part.airway.facing};
   reference_ = full.reference()(nodes_, Eigen::all);
   shapes_ = motion.shapes_at(nodes_);
-  auto forces = std::make_unique<ModalForceSolver>(motion, shapes_, single_);
-  force_solver_ = forces.get();
+  auto solver = std::make_unique<ModalForceSolver>(motion, shapes_, single_);
+  force_solver_ = solver.get();
   collision_.emplace(airway, reference_, contact_method(part.enforcement), part.friction, part.options,
-                     std::move(forces), part.faces);
+                     std::move(solver), part.faces);
   proximity_.emplace(airway, reference_, shapes_);
   everywhere_detector_.emplace(airway, reference_);
   ahead_ = 0.004 * collision_->detector().mean_edge();

@@ -38,18 +38,18 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   nodes_ = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
-  std::unique_ptr<ForceSolver> forces;
+  std::unique_ptr<ForceSolver> solver;
   if (!motion.solves()) {
-    forces = explicit_solver();
+    solver = explicit_solver();
   } else {
     const MirrorImages* images = motion.images();
     solver_ = chosen_solver(method->solver(part.friction.has_value()), nodes_.size());
-    forces = force_solver(*solver_, motion.step_matrix(), motion.solver(), motion.supports(),
+    solver = force_solver(*solver_, motion.step_matrix(), motion.solver(), motion.supports(),
                           images ? images->nodes_of(nodes_) : nodes_, motion.options().solver.krylov());
-    if (images) forces = mirrored_solver(std::move(forces), *images, nodes_);
+    if (images) solver = mirrored_solver(std::move(solver), *images, nodes_);
   }
   collision_.emplace(part.airway, motion.reference(), std::move(method), part.friction, part.options,
-                     std::move(forces), part.faces);
+                     std::move(solver), part.faces);
   collision_->hold_facing(motion.reference(),
                           motion.images() && are_images(collision_->detector(), *motion.images()));
   overlap_.emplace(scene.mesh.cells, collision_->detector(), motion.reference());

@@ -6,6 +6,7 @@
 
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
+#include "plica/solve/shared_compliance.hpp"
 
 namespace plica {
 
@@ -76,7 +77,7 @@ struct SaddlePoint::System {
         image.segment<3>(3 * node).setZero();
       }
     }
-    const double regularisation = 1e-9 * compliance.diagonal().maxCoeff();
+    const double regularisation = shared_compliance * compliance.diagonal().maxCoeff();
     for (std::ptrdiff_t i = 0; i < size(); ++i) D[i] = regularisation + (*this)[i].compliance;
     compliance.diagonal() += D;
     weight = compliance.diagonal().cwiseInverse();

@@ -25,8 +25,8 @@ class SaddlePoint {
   /// A must outlive it and not change. Throws SolveFailed where a diagonal block is not positive definite.
   SaddlePoint(const BlockMatrix& A, KrylovOptions options);
 
-  /// Starts from d (n) and lambda (m). 1e-9 of the largest diagonal entry of N B N^T is added to D, so that rows
-  /// that depend on others share the force. The residual is taken over that of [0; g] in the norm
+  /// Starts from d (n) and lambda (m). A shared_compliance of the largest diagonal entry of N B N^T is added to D,
+  /// so that rows that depend on others share the force. The residual is taken over that of [0; g] in the norm
   /// |r|^2 = sum r_i^2 / diag(A) + sum r_i^2 / diag(N B N^T + D); iterations count products with A. Throws
   /// SolveFailed where no row pushes anything, or a number is not finite.
   Convergence solve(const std::vector<SaddleRow>& constraints, Vector& d, Vector& lambda) const;

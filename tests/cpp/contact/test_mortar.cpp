@@ -70,7 +70,7 @@ constexpr double far = 10.0;  // m, a reach that leaves nothing out
 
 /// The constraints of all corners of the slave side at the sheets' positions.
 std::vector<Constraint> constraints(const Sheets& sheets, Detector& detector) {
-  const auto mortar = mortar_means(detector, sheets.upper, sheets.lower);
+  const auto mortar = mortar_averages(detector, sheets.upper, sheets.lower);
   std::vector<Constraint> found;
   const Faces of_corners = sheets.upper.leftCols(3);
   std::vector<std::int32_t> corners(of_corners.data(), of_corners.data() + of_corners.size());
@@ -183,7 +183,7 @@ TEST_CASE("what has nothing opposite does not count, and what lies beyond the re
       6, 4, 1, -0.5, 0.5, [](double, double) { return -0.01; }, flat);
   Detector detector = sheets.detector();
   REQUIRE(detector.slave_is_first());
-  const auto mortar = mortar_means(detector, sheets.upper, sheets.lower);
+  const auto mortar = mortar_averages(detector, sheets.upper, sheets.lower);
   // The hats of four squares each way, each cut along (1, 1): h^2 inside.
   double area = 0;
   for (const Constraint& mean : constraints(sheets, detector)) {
@@ -204,7 +204,7 @@ TEST_CASE("a node inside that its mean hides is found by itself") {
   const std::int32_t raised = 25 + 2 * 5 + 1;
   sheets.points(raised, 2) = 0.05;
   Detector detector = sheets.detector();
-  const auto mortar = mortar_means(detector, sheets.upper, sheets.lower);
+  const auto mortar = mortar_averages(detector, sheets.upper, sheets.lower);
   mortar->update(sheets.points);
   const auto hidden = mortar->violated(sheets.points, far, detector.master_side(), 1e-6);
   REQUIRE(!hidden.empty());
@@ -224,7 +224,7 @@ TEST_CASE("a node inside that its mean hides is found by itself") {
 TEST_CASE("pressure is linear between corners, the force of a mean over its area, and the same on both sides") {
   const Sheets sheets(6, 3, 2, 0, 1, flat, flat);
   Detector detector = sheets.detector();
-  const auto mortar = mortar_means(detector, sheets.upper, sheets.lower);
+  const auto mortar = mortar_averages(detector, sheets.upper, sheets.lower);
   std::vector<std::int32_t> keys;
   std::vector<double> forces;
   Vector nodal = Vector::Zero(3 * sheets.points.rows());
@@ -258,7 +258,7 @@ TEST_CASE("faces that are not the airway's are refused") {
   const Sheets sheets(6, 2, 2, 0, 1, flat, flat);
   Detector detector = sheets.detector();
   CHECK_THROWS_WITH_AS(
-      mortar_means(detector, sheets.lower, sheets.upper),
+      mortar_averages(detector, sheets.lower, sheets.upper),
       "Mortar: first; must have the flat triangles of the airway's surface of that name, in their "
       "order.",
       InvalidInput);
