@@ -75,7 +75,7 @@ TEST_CASE("mixing refuses images of another length") {
   const auto next = [&] { mixing.next(x, image); };
   sizes("Anderson::next x", x, next);
   sizes("Anderson::next image", image, next);
-  Anderson::Difference difference{Vector::Ones(4), Vector::Ones(4)};
+  Secant difference{Vector::Ones(4), Vector::Ones(4)};
   const auto taught = [&] {
     Anderson other(2);
     other.take(difference);
