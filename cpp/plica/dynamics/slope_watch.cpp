@@ -26,7 +26,7 @@ std::optional<SlopeWatch::TooLong> SlopeWatch::at(const Vector& u, std::int64_t 
   const double h = motion_.step(), elastic = 0.25 * h * h, beside = elastic * further;
   const bool follows = step == last_ + 1;
   last_ = step;
-  const double motion = last_u_.size() > 0 ? (u - last_u_).cwiseAbs().maxCoeff() : 0.0;
+  const double motion = follows && last_u_.size() > 0 ? (u - last_u_).cwiseAbs().maxCoeff() : 0.0;
   last_u_ = u;
   if (known_.size() > 0 && (!follows || step >= next_look_ || motion > faster * moved_)) {
     moved_ = motion;

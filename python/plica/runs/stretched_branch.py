@@ -48,13 +48,24 @@ class StretchedBranch(EquilibriumBranch):
         self._enough = _LEAST_STEP * float(np.ptp(np.asarray(mesh.points), axis=0).max())
         super().__init__(scene, mesh, simulation, at_rest, solver=statics.solver(at_rest))
 
+    def _advance(self, aim: float) -> bool:
+        before = self._solver, self.at_rest, self.responses
+        if super()._advance(aim):
+            return True
+        self._back_on(*before)
+        return False
+
     def _newton(self, pressure: float, guess: Floats) -> FlowEquilibrium | None:
         before = self._solver, self.at_rest, self.responses
         found = self._settled(pressure, guess)
         if found is None:
-            self._solver = before[0]
-            self._follow(*before[1:])
+            self._back_on(*before)
         return found
+
+    def _back_on(self, solver: _engine.StaticSolver, at_rest: Floats, responses: Floats) -> None:
+        """The line of before: that of an attempt that failed may be of another branch."""
+        self._solver = solver
+        self._follow(at_rest, responses)
 
     def _settled(self, pressure: float, guess: Floats) -> FlowEquilibrium | None:
         y, iterations, last = guess, 0, np.inf

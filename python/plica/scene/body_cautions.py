@@ -286,10 +286,18 @@ def unused_stiffening(bodies: Bodies) -> Caution | None:
 
 
 def unused_friction(bodies: Bodies) -> Caution | None:
-    """Friction is given to the contact of a scene with a symmetry: mirror images do not slide along each
-    other, so that it does nothing."""
+    """Friction is given to the contact of mirror images, in a scene with a symmetry: they do not slide along
+    each other, so that it does nothing."""
     contact, symmetry = bodies.scene.contact, bodies.scene.symmetry
     if contact is None or contact.friction is None or symmetry is None:
+        return None
+    points = places_at_rest(bodies.mesh)
+    first, second = (
+        np.unique(points[np.unique(bodies.mesh.surfaces[name])].round(9) + 0.0, axis=0)
+        for name in (contact.first, contact.second)
+    )
+    image = np.unique(first * [-1, 1, 1] + 0.0, axis=0)
+    if image.shape != second.shape or not np.allclose(image, second, rtol=0, atol=1e-8):
         return None
     return Caution(
         "unused_friction",
