@@ -291,9 +291,11 @@ def unused_friction(bodies: Bodies) -> Caution | None:
     contact, symmetry = bodies.scene.contact, bodies.scene.symmetry
     if contact is None or contact.friction is None or symmetry is None:
         return None
-    points = places_at_rest(bodies.mesh)
+    points, surfaces = places_at_rest(bodies.mesh), bodies.mesh.surfaces
+    if contact.first not in surfaces or contact.second not in surfaces:
+        return None  # which is refused
     first, second = (
-        np.unique(points[np.unique(bodies.mesh.surfaces[name])].round(9) + 0.0, axis=0)
+        np.unique(points[np.unique(surfaces[name])].round(9) + 0.0, axis=0)
         for name in (contact.first, contact.second)
     )
     image = np.unique(first * [-1, 1, 1] + 0.0, axis=0)

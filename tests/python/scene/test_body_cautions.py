@@ -98,6 +98,12 @@ def test_friction_between_mirror_images_is_said_to_do_nothing(changes: str, told
         assert "contact.friction = 0.3 has no effect" in found["unused_friction"].seen
 
 
+@pytest.mark.parametrize("second", ["airway", "nowhere"])
+def test_friction_between_others_than_mirror_images_is_not_said_to_do_nothing(second: str) -> None:
+    found = said(f'symmetry = "half"\ncontact.friction = 0.3\ncontact.second = "{second}"')
+    assert "unused_friction" not in found
+
+
 @pytest.mark.parametrize(
     ("changes", "name", "figure"),
     [
