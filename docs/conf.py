@@ -61,7 +61,7 @@ sphinx_gallery_conf = {
     "write_computation_times": False,
     "download_all_examples": False,
     "remove_config_comments": True,
-    "min_reported_time": 1e9,
+    "min_reported_time": 0,
     "abort_on_example_error": True,
     "image_scrapers": ("matplotlib",),
     "default_thumb_file": None,
