@@ -126,7 +126,7 @@ def build_simulation(
             step=scene.time.step,
             solver_tolerance=scene.solver.tolerance,
             solver=engine_options(scene.solver.method.choice),
-            lumped_mass=scene.time.mass == "lumped",
+            lumped_mass=scene.time.lumped_mass,
             **parts,
         )
     except InvalidInput as error:

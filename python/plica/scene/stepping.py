@@ -45,7 +45,7 @@ class Newmark(Part):
 
 
 class CentralDifferences(Part):
-    """Explicit: a step needs no linear solve, but must be short; mass must be lumped, contact a penalty.
+    """Explicit: a step needs no linear solve, but must be short; mass is lumped, contact must be a penalty.
 
     A step above the largest stable one is refused, with its value; of tissue at finite strain a run stops
     where the tissue has become too stiff for the step. It does not pay for phonation, whose meshes need about
@@ -77,8 +77,15 @@ class Stepping(Part):
     """[s] Simulated time, a multiple of the step."""
     scheme: Scheme = Field(default_factory=lambda: Scheme(hht=HilberHughesTaylor()))
     """The time scheme."""
-    mass: Literal["consistent", "lumped"] = "consistent"
-    """The mass matrix; lumped: row sums of linear tetrahedra, diagonal scaling (HRZ) of quadratic ones."""
+    mass: Literal["consistent", "lumped"] | None = None
+    """The mass matrix; lumped: row sums of linear tetrahedra, diagonal scaling (HRZ) of quadratic ones.
+    Default: lumped with central_differences, otherwise consistent."""
+
+    @property
+    def lumped_mass(self) -> bool:
+        """Whether the mass matrix is diagonal: as `mass` says, or the scheme."""
+        explicit = isinstance(self.scheme.choice, CentralDifferences)
+        return explicit if self.mass is None else self.mass == "lumped"
 
     @property
     def steps(self) -> int:

@@ -260,7 +260,7 @@ def test_a_run_whose_tissue_stiffens_beyond_its_step_is_stopped_and_a_shorter_st
 
 
 def explicit(scene: plica.Scene, step: float, **changes: Any) -> plica.Scene:
-    given = {"time.scheme": "central_differences", "time.mass": "lumped", "time.step": step}
+    given = {"time.scheme": "central_differences", "time.step": step}
     return scene.replace({**given, "time.duration": 1000 * step, "strain": "finite", **changes})
 
 

@@ -30,7 +30,7 @@ TUBES = {
     },
     "tract": {"vowel": {"name": "a"}},
 }
-EXPLICIT = {"time.scheme": "central_differences", "time.mass": "lumped", "time.step": 5e-7, "contact": None}
+EXPLICIT = {"time.scheme": "central_differences", "time.step": 5e-7, "contact": None}
 
 
 def expected(time: Any) -> np.ndarray:

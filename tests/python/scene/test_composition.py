@@ -74,7 +74,6 @@ CHANGES: dict[str, dict[str, Any]] = {
     'time.mass = "consistent"': {"time.mass": "consistent"},
     "time.scheme.central_differences": {
         "time.scheme": "central_differences",
-        "time.mass": "lumped",
         "contact.penalty": {},
     },
     "tract": {"tract": TUBE},
@@ -117,7 +116,7 @@ def test_what_is_given_as_zero_is_given(phonating: plica.Scene, name: str) -> No
 @pytest.mark.parametrize("coupling", ["lagged", "extrapolated"])
 def test_explicit_steps_between_tubes_take_any_coupling(phonating: plica.Scene, coupling: str) -> None:
     """They know where they lead."""
-    explicit = {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}}
+    explicit = {"time.scheme": "central_differences", "contact": {"penalty": {}}}
     scene = phonating.replace({**explicit, "tract": TUBE, "airflow.coupling": coupling})
     assert scene.airflow is not None
     assert scene.airflow.coupling.chosen == coupling

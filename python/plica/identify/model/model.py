@@ -250,8 +250,8 @@ def require_linear(scene: Scene) -> None:
         )
     if not isinstance(scene.time.scheme.choice, HilberHughesTaylor):
         raise InvalidInput(f"{scene.source}: time.scheme must be hht.")
-    if scene.time.mass != "consistent":
-        raise InvalidInput(f'{scene.source}: time.mass = "{scene.time.mass}"; must be "consistent".')
+    if scene.time.lumped_mass:
+        raise InvalidInput(f'{scene.source}: time.mass = "lumped"; must be "consistent".')
 
 
 def _steps_per_frame(step: float, frame_rate: float) -> int:

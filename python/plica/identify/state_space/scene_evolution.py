@@ -65,7 +65,7 @@ def scene_matrices(scene: Scene) -> SceneMatrices:
     def of_free(csr: tuple[Array, NDArray[np.int32], NDArray[np.int32]]) -> sparse.csr_array:
         return sparse.csr_array(csr, shape=(size, size))[free][:, free]
 
-    if scene.time.mass == "lumped":
+    if scene.time.lumped_mass:
         mass = sparse.csr_array(sparse.diags_array(np.repeat(assembly.lumped_mass(), 3)[free]))
     else:
         mass = of_free(assembly.mass())
