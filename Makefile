@@ -14,6 +14,7 @@ PYTEST_ARGS ?= --numprocesses auto --dist loadfile
 
 # Builds in other directories share what they compile.
 export CCACHE_BASEDIR ?= $(CURDIR)
+export CCACHE_NOHASHDIR ?= 1
 
 BUILD := build/release
 VENV := .venv
