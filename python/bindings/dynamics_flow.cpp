@@ -131,6 +131,8 @@ void bind_tangent(py::module_& engine) {
       .def_property_readonly("rates", [](const SeenTube& self) { return give(RowMatrix(self.system.rates)); })
       .def_property_readonly("outflow",
                              [](py::object self) { return view(self.cast<SeenTube&>().system.outflow, self); })
+      .def_property_readonly("source",
+                             [](py::object self) { return view(self.cast<SeenTube&>().system.source, self); })
       .def_readonly("steady_resistance", &SeenTube::steady_resistance);
 }
 

@@ -9,8 +9,8 @@ LineSystem line_system(const TransmissionLine& line) {
   const std::ptrdiff_t flows = nodes, wall_flows = flows + elements, wall_volumes = wall_flows + walls,
                        end = wall_volumes + walls;
   const std::ptrdiff_t size = end + radiating;
-  LineSystem system{Vector(size), Eigen::MatrixXd::Zero(size, size), Vector::Zero(size)};
-  auto& [E, A, c] = system;
+  LineSystem system{Vector(size), Eigen::MatrixXd::Zero(size, size), Vector::Zero(size), Vector::Zero(size)};
+  auto& [E, A, c, b] = system;
   E.head(nodes) = line.compliance_.head(nodes);
   E.segment(flows, elements) = line.inertance_;
   for (std::ptrdiff_t k = 0; k < elements; ++k) {
@@ -33,10 +33,15 @@ LineSystem line_system(const TransmissionLine& line) {
     A(flow, volume) = -stiffness;
     A(volume, flow) = stiffness;
   }
-  if (held) c[flows + elements - 1] = 1;
+  if (held) {
+    c[flows + elements - 1] = 1;
+    b[flows + elements - 1] = -1;
+  }
+  if (line.end_ == End::supplied) b[nodes - 1] = 1;
   if (line.end_ == End::resistive || radiating) {
     c[nodes - 1] = 1 / line.end_resistance_;
     A(nodes - 1, nodes - 1) -= c[nodes - 1];
+    if (!radiating) b[nodes - 1] = c[nodes - 1];
   }
   if (radiating) {
     c[end] = 1;

@@ -61,8 +61,8 @@ class DrivenFlow:
 def driven_flow(scene: Scene, areas: Areas) -> DrivenFlow:
     """The flow of a scene's airflow and tubes through given areas.
 
-    It begins as if it had always been so. The subglottal pressure stands from the start: the scene's `rise`
-    is left out. Where the air that the folds displace is not known, it is that of the sections, which are
+    It begins as if it had always been so. The subglottal pressure at the areas' times is the scene's, with
+    its `rise` and its `course`. Where the air that the folds displace is not known, it is that of the sections, which are
     taken to stay at their heights. Where only the narrowest area is known, the glottis has the shape of the
     scene's at rest, opened or closed by as much in all sections, and displaces no air.
 
@@ -74,23 +74,18 @@ def driven_flow(scene: Scene, areas: Areas) -> DrivenFlow:
     Raises
     ------
     InvalidInput
-        Without airflow, for a pressure that has a course, for another number of sections than the scene's,
-        for a trachea that is supplied by a flow, and for a closed tract.
+        Without airflow, for another number of sections than the scene's, for a trachea that is supplied by a flow, and for a closed tract.
     """
     if scene.airflow is None:
         raise InvalidInput(f"{scene.source}: has no airflow; must have one. Add [airflow].")
-    if scene.airflow.course is not None:
-        raise InvalidInput(
-            f"{scene.source}: airflow.course is given; must be left out: the pressure stands while areas are "
-            "driven. Give airflow.subglottal_pressure instead."
-        )
     whole = whole_tissue(scene)
     mesh = scene_mesh(whole)
     law = _engine.GlottalFlow(build_simulation(whole, mesh))
     sections, displaced = _sections(areas, law, np.asarray(mesh.points))
     if areas.displaced is not None:
         displaced = areas.displaced
-    return DrivenFlow(areas.time, _Driven(scene, law, areas.step).run(sections, displaced), scene)
+    supply = scene.airflow.pressure_at(areas.time)
+    return DrivenFlow(areas.time, _Driven(law, areas.step).run(sections, displaced, supply), scene)
 
 
 def _sections(areas: Areas, law: _engine.GlottalFlow, points: Floats) -> tuple[Floats, Floats]:
@@ -118,39 +113,45 @@ def _sections(areas: Areas, law: _engine.GlottalFlow, points: Floats) -> tuple[F
 
 
 class _Line:
-    """A tube from step to step: its state, and what its pressure at the glottis is of the flow into it."""
+    """A tube from step to step: its state, and what its pressure at the glottis is of the flow into it; its
+    far end is held at a pressure that changes."""
 
     def __init__(self, tube: _engine.SeenTube, step: float) -> None:
         storage, rates = np.asarray(tube.storage), np.asarray(tube.rates)
         count = int(np.ceil(step / tube.longest_substep * (1 - 1e-12)))
         left = np.diag(storage) * (count / step) - 0.5 * rates
         right = np.diag(storage) * (count / step) + 0.5 * rates
-        moved, pushed = np.linalg.solve(left, right), np.linalg.solve(left, np.eye(len(rates))[0])
+        self._ends = np.stack(
+            (np.eye(len(rates))[0], np.asarray(tube.source)), axis=1
+        )  # of flow and pressure
+        moved, pushed = np.linalg.solve(left, right), np.linalg.solve(left, self._ends)
         self._of_state = np.eye(len(rates))
-        self._before, self._after = np.zeros(len(rates)), np.zeros(len(rates))
+        self._before, self._after = np.zeros_like(pushed), np.zeros_like(pushed)
         for k in range(count):
             share = (k + 0.5) / count
             self._of_state = moved @ self._of_state
             self._before = moved @ self._before + (1 - share) * pushed
             self._after = moved @ self._after + share * pushed
-        self.impedance = float(self._after[0])
+        self.impedance = float(self._after[0, 0])
         self.resistance = float(tube.steady_resistance)
-        self._rates, self._flow = rates, 0.0
+        self._rates, self._given = rates, np.zeros(2)
         self.state = np.zeros(len(rates))
 
-    def steady(self, flow: float) -> None:
-        """Begin with a flow that has always been."""
-        unit = np.linalg.solve(self._rates, -np.eye(len(self.state))[0])
-        self.state, self._flow = flow * unit, flow
+    def steady(self, flow: float, source: float) -> None:
+        """Begin with a flow and a pressure that have always been."""
+        self._given = np.array([flow, source])
+        self.state = np.linalg.solve(self._rates, -self._ends @ self._given)
 
-    def begin(self) -> float:
+    def begin(self, source: float) -> float:
         """Begin a step; the pressure at its end (Pa) but for the impedance times the flow then."""
-        self._free = self._of_state @ self.state + self._before * self._flow
+        before, self._given = self._given, np.array([0.0, source])
+        self._free = self._of_state @ self.state + self._before @ before + self._after @ self._given
         return float(self._free[0])
 
     def end(self, flow: float) -> None:
         """End the step with this flow into the tube."""
-        self.state, self._flow = self._free + self._after * flow, flow
+        self._given[0] = flow
+        self.state = self._free + self._after[:, 0] * flow
 
 
 class _Inertia:
@@ -176,42 +177,41 @@ class _Inertia:
 class _Driven:
     """The flow law between two tubes, or pressures that are held."""
 
-    def __init__(self, scene: Scene, law: _engine.GlottalFlow, step: float) -> None:
-        assert scene.airflow is not None
-        self._law, self._supply = law, float(scene.airflow.subglottal_pressure)
+    def __init__(self, law: _engine.GlottalFlow, step: float) -> None:
+        self._law = law
         trachea, tract = law.trachea, law.tract
         self._below = None if trachea is None else _Line(trachea, step)
         self._above = None if tract is None else _Line(tract, step)
         self._inertia = _Inertia(step)
         self._out = None if tract is None else np.asarray(tract.outflow)
 
-    def run(self, areas: Floats, displaced: Floats) -> dict[str, Floats]:
-        """Waveforms (k) of sections (k, s) m^2 that displace (k, 2) m^3/s."""
-        rows = [self._start(areas[0])]
-        rows += [self._step(area, air) for area, air in zip(areas[1:], displaced[1:], strict=True)]
+    def run(self, areas: Floats, displaced: Floats, supply: Floats) -> dict[str, Floats]:
+        """Waveforms (k) of sections (k, s) m^2 that displace (k, 2) m^3/s, with (k) Pa of supply."""
+        rows = [self._start(areas[0], supply[0])]
+        rows += [self._step(*now) for now in zip(areas[1:], displaced[1:], supply[1:], strict=True)]
         found = dict(zip(SERIES, np.array(rows).T, strict=True))
         if self._above is None:
             del found["lip_flow"]
         return found
 
-    def _start(self, area: Floats) -> tuple[float, ...]:
+    def _start(self, area: Floats, supply: float) -> tuple[float, ...]:
         resistances = [0.0 if line is None else line.resistance for line in (self._below, self._above)]
-        flow = self._root(area, self._supply, 0.0, resistances[0], resistances[1])
+        flow = self._root(area, supply, 0.0, resistances[0], resistances[1])
         self._inertia.steady(self._law.inertance(area) * flow)
         if self._below is not None:
-            self._below.steady(-flow)
+            self._below.steady(-flow, supply)
         if self._above is not None:
-            self._above.steady(flow)
-        return self._row(flow, self._supply - resistances[0] * flow, resistances[1] * flow, flow, flow)
+            self._above.steady(flow, 0.0)
+        return self._row(flow, supply - resistances[0] * flow, resistances[1] * flow, flow, flow)
 
-    def _step(self, area: Floats, air: Floats) -> tuple[float, ...]:
-        below, above, from_below, from_above = self._supply, 0.0, 0.0, 0.0
+    def _step(self, area: Floats, air: Floats, supply: float) -> tuple[float, ...]:
+        below, above, from_below, from_above = supply, 0.0, 0.0, 0.0
         if self._below is not None:
             from_below = self._below.impedance
-            below += self._below.begin() - from_below * air[0]
+            below = self._below.begin(supply) - from_below * air[0]
         if self._above is not None:
             from_above = self._above.impedance
-            above = self._above.begin() - from_above * air[1]
+            above = self._above.begin(0.0) - from_above * air[1]
         inertance = float(self._law.inertance(area))
         rate, past = self._inertia.begin()
         flow = self._root(area, below + past, above, from_below + rate * inertance, from_above)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar, Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
 from plica.scene.composition import require_combinable
@@ -24,6 +26,8 @@ __all__ = [
     "SectionArea",
     "ViscousSlit",
 ]
+
+Floats = NDArray[np.floating]
 
 
 class Lagged(Part):
@@ -219,6 +223,19 @@ class Airflow(Part):
                 unit=" Pa",
             )
         return self
+
+    def pressure_at(self, time: Floats) -> Floats:
+        """The subglottal pressure (k) Pa at times (k) s: what `subglottal_pressure` or `course` says, times
+        the half cosine of `rise`."""
+        course = self.course
+        held = (
+            np.full(np.shape(time), self.subglottal_pressure)
+            if course is None
+            else np.interp(time, course.time, course.pressure)
+        )
+        if not self.rise:
+            return held
+        return held * (1 - np.cos(np.pi * np.clip(np.asarray(time) / self.rise, 0.0, 1.0))) / 2
 
     @property
     def pressure_at_start(self) -> float:

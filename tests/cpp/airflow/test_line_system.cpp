@@ -37,17 +37,30 @@ TEST_CASE("the midpoint rule on the system is a substep of the line") {
       const double h = 5e-6, flow = 2e-4, flow_then = 3e-4;
       Vector x = line.steady(1e-4, 0.0);
       for (std::ptrdiff_t k = 0; k < x.size(); ++k) x[k] *= 1 + 0.3 * std::sin(1.7 * static_cast<double>(k));
+      const double source = end == 0 ? 0.0 : end == 2 ? 500.0 : 1e-4, source_then = 1.2 * source;
       LineStep step(line, h, h);
-      step.begin(x, flow, 0.0, 0.0);
+      step.begin(x, flow, source, source_then);
       const Vector expected = step.end(flow_then);
       const Eigen::MatrixXd E = system.storage.asDiagonal(), &A = system.rates;
       Vector right = (E + 0.5 * h * A) * x;
       right[0] += h * 0.5 * (flow + flow_then);
+      right += h * 0.5 * (source + source_then) * system.source;
       const Vector found = (E - 0.5 * h * A).partialPivLu().solve(right);
       const auto size = [&](const Vector& v) { return std::sqrt(v.dot(system.storage.cwiseProduct(v))); };
       CHECK(size(expected - x) > 1e-3 * size(x));
       CHECK(size(found - expected) < 1e-9 * size(x));
       CHECK(0.5 * x.dot(system.storage.cwiseProduct(x)) == approx(line.energy(x)).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("a pressure that is held at the far end stands in all of the tube") {
+  for (const int end : {1, 2})
+    for (const bool yields : {false, true}) {
+      const TransmissionLine line(any_tube(end, yields), warm_air, "tube", 0.01);
+      const LineSystem system = line_system(line);
+      const Vector x = -system.rates.partialPivLu().solve(700.0 * system.source);
+      CHECK(x[0] == approx(700.0).epsilon(1e-9));
+      CHECK((system.rates * x + 700.0 * system.source).norm() < 1e-9 * (700.0 * system.source).norm());
     }
 }
 
@@ -66,7 +79,7 @@ TEST_CASE("the system has the impedance and the outflow of the line at any compl
     for (const bool yields : {false, true}) {
       CAPTURE(end);
       const TransmissionLine line(any_tube(end, yields), warm_air, "tube", 0.01);
-      const auto [storage, rates, outflow] = line_system(line);
+      const auto [storage, rates, outflow, source] = line_system(line);
       for (const std::complex<double> s : {std::complex<double>(-30.0, 900.0), {200.0, 7000.0}}) {
         Eigen::MatrixXcd matrix = -rates.cast<std::complex<double>>();
         matrix.diagonal() += s * storage.cast<std::complex<double>>();

@@ -95,13 +95,31 @@ def test_the_narrowest_area_is_the_one_that_is_asked_for(phonating: plica.Scene)
     assert flow == pytest.approx(jet, rel=0.02)
 
 
-def test_a_pressure_that_changes_is_refused(phonating: plica.Scene) -> None:
-    course = {"time": [0.0, 0.1], "pressure": [800.0, 200.0]}
-    scene = phonating.replace(
-        {"airflow.course": course, "airflow.subglottal_pressure": 800.0, "airflow.rise": 0.0}
-    )
-    with pytest.raises(plica.InvalidInput, match=r"airflow\.course is given; must be left out"):
-        driven_flow(scene, Areas(STEP * np.arange(5), np.full(5, 1e-5)))
+@pytest.mark.parametrize("tubes", [{}, TUBES], ids=["alone", "between tubes"])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"airflow.rise": 15e-3},
+        {
+            "airflow.course": {"time": [2e-3, 18e-3], "pressure": [300.0, 900.0]},
+            "airflow.subglottal_pressure": 900.0,
+            "airflow.rise": 10e-3,
+        },
+    ],
+    ids=["a rise", "a rise and a course"],
+)
+def test_a_pressure_that_changes_is_that_of_the_run(
+    phonating: plica.Scene, changes: dict[str, Any], tubes: dict[str, Any], tmp_path: Path
+) -> None:
+    """By the trapezoidal rule, with which a run's flow belongs to the end of its step."""
+    scene = longer(phonating, 10).replace({**changes, **tubes, "time.scheme": "newmark"})
+    run = plica.run(scene, tmp_path / "run", progress=False)
+    assert np.ptp(run["subglottal_pressure"]) > 700
+    found = driven(run, tmp_path / "a.h5")
+    late = slice(run.steps // 2, None) if tubes else slice(None)
+    for name in ("flow", "subglottal_pressure"):
+        own = np.asarray(run[name])
+        assert found[name][late] == pytest.approx(own[late], abs=(0.003 if tubes else 1e-12) * np.ptp(own))
 
 
 def test_a_file_is_read_in_any_units(tmp_path: Path) -> None:
