@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from plica.video.glottis.brightness import around, blurred, region_below, relative_brightness
 from plica.video.glottis.candidates import Prior, View, candidates
+from plica.video.glottis.regions import filled
 
 __all__ = ["Glottis", "segment"]
 
@@ -135,4 +136,4 @@ def _at_half(found: Glottis, view: View, percentile: float, turns: int) -> Glott
         if not 0.4 < turned.sum() / mask.sum() < 1.5:  # it would run out into shadows, or vanish
             break
         mask, threshold = turned, level
-    return Glottis(ndimage.binary_fill_holes(mask), found.score, threshold)
+    return Glottis(filled(mask), found.score, threshold)
