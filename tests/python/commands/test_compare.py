@@ -143,6 +143,7 @@ def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_reported(
     }
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_glottis_found_by_other_means_is_minded(two: tuple[Path, Path], tmp_path: Path) -> None:
     pytest.importorskip("onnx")
     pytest.importorskip("onnxruntime")

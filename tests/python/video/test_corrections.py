@@ -25,6 +25,9 @@ from plica.video.results import _CHANGES
 from plica.video.settings import Settings
 
 
+pytestmark = pytest.mark.usefixtures("few_draws", "unrendered")
+
+
 @pytest.fixture(scope="module")
 def analysed(movie: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """A recording with its glottis found, and its page; tests that change them take a copy."""

@@ -295,6 +295,7 @@ def test_without_openpyxl_nothing_is_computed(
         assert not where.exists()
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_files_of_earlier_settings_are_named(
     found: Analysis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
