@@ -102,6 +102,6 @@ def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures of a page are painted, but neither laid out nor written: for tests that look at none of them."""
+    """Figures of a page are painted, but neither laid out nor written: for tests that look at none."""
     monkeypatch.setattr(drawing, "_laid_out", lambda figure: None)
     monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: file.write("<svg></svg>"))

@@ -156,6 +156,7 @@ def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(
     assert found.modes.share[0] > 0.8
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_where_the_search_fails_a_mask_can_be_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

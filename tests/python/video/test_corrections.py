@@ -24,7 +24,6 @@ from plica.video.report import corrections_page
 from plica.video.results import _CHANGES
 from plica.video.settings import Settings
 
-
 pytestmark = pytest.mark.usefixtures("few_draws", "unrendered")
 
 

@@ -60,6 +60,7 @@ def test_a_stopped_analysis_goes_on_and_ends_the_same(
         assert np.array_equal(load(tmp_path)[name], load(done)[name], equal_nan=True), name
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_glottis_alone_is_gone_on_with_and_modes_are_printed(
     movie: Path, done: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
