@@ -255,6 +255,7 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
         compare_runs([one, unfinished], [tmp_path / "one", tmp_path / "other"])
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_both_sounds_are_heard_at_one_full_scale_and_seen_in_one_picture(tmp_path: Path) -> None:
     """The second flow is four times as large: 12 dB, in samples and in the picture."""
     one = Phonation(frequency=213.7, impulse=0.0).run()
@@ -275,6 +276,7 @@ def test_both_sounds_are_heard_at_one_full_scale_and_seen_in_one_picture(tmp_pat
     assert "<td>none</td><td>none</td>" in text  # tubes
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_runs_without_cycles_or_sound_are_compared_by_what_they_have(tmp_path: Path) -> None:
     one = Phonation(frequency=213.7, impulse=0.0).run()
     still = {**one.waveforms, "flow": np.zeros(one.time.size), "minimum_area": np.zeros(one.time.size)}

@@ -105,8 +105,10 @@ def _share_of_light(light: Floats, mask: Mask) -> float:
 def _in_line(mask: Mask, first: Mask, bent: float) -> bool:
     """Whether a part lies apart from the first ones along their line, or their width off it, and by a share
     `bent` of how far along it is more, as folds that are bowed do."""
+    if (mask & first).any():
+        return False
     y, x = np.nonzero(first)
-    if x.size < 2 or (mask & first).any():
+    if x.size < 2:
         return False
     spreads, axes = np.linalg.eigh(np.cov(np.stack([x, y])) + np.eye(2) / 12)
     if spreads[1] < _LONG**2 * spreads[0]:
