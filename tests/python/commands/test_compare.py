@@ -117,6 +117,7 @@ def test_the_command_leaves_a_page_and_tables(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_reported(
     two: tuple[Path, Path], tmp_path: Path
 ) -> None:
@@ -169,6 +170,7 @@ def test_a_glottis_found_by_other_means_is_minded(two: tuple[Path, Path], tmp_pa
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
 def test_a_picture_turned_about_is_compared_side_by_side(two: tuple[Path, Path], tmp_path: Path) -> None:
     """The same larynx through an endoscope that is turned by half a turn: nothing has changed."""
     uneven = {**_BEFORE, "amplitude": (6, 4.5), "phase": (0.0, 0.4)}
@@ -184,6 +186,7 @@ def test_a_picture_turned_about_is_compared_side_by_side(two: tuple[Path, Path],
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_doubts_of_either_side_are_minded(two: tuple[Path, Path], tmp_path: Path) -> None:
     found = compare(*two[::-1])
     assert any("AFTER on 2026-03-01, which is earlier" in remark for remark in found.remarks)
@@ -201,6 +204,7 @@ def test_doubts_of_either_side_are_minded(two: tuple[Path, Path], tmp_path: Path
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_what_cannot_be_compared_is_refused_in_one_sentence(
     two: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -87,6 +87,7 @@ def test_the_first_page_has_both_and_the_reasons_of_the_light(found: Analysis) -
     assert "only 3 cycles" in text or "only 4 cycles" in text
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_the_reason_that_makes_the_light_what_it_is_comes_first(tmp_path: Path) -> None:
     np.save(tmp_path / "film.npy", _film(30))  # without three cycles
     settings = Settings(fps=4000, correct_drift=False)
