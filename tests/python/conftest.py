@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import plica
 from plica.commands.main import main
+from plica.report import drawing
 from plica.scene.tissue_presets import TISSUE_PRESETS
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
+from plica.video.measures import error_model
 
 TINY_LARYNX: dict[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
 
@@ -88,3 +91,17 @@ def done(movie: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     arguments = ["video", str(movie), "--fps", "4000", "--mm-per-px", "0.05", "--preset", "fast", "--quiet"]
     assert main([*arguments, "-o", str(where)]) == 0
     return where
+
+
+@pytest.fixture
+def few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Intervals of a recording are of four drawn voices, not of a hundred, which take as long as its
+    analysis: for tests that look at none of them."""
+    monkeypatch.setattr(error_model, "_DRAWS", 4)
+
+
+@pytest.fixture
+def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures of a page are painted, but neither laid out nor written: for tests that look at none."""
+    monkeypatch.setattr(drawing, "_laid_out", lambda figure: None)
+    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: file.write("<svg></svg>"))

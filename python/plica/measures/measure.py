@@ -195,8 +195,10 @@ def average(name: str, values: Floats, note: str = "", cautions: Iterable[str] =
     finite = finite[np.isfinite(finite)]
     if not finite.size:
         return absent(name, _joined(note, "undefined in every cycle"))
-    spread = float(finite.std(ddof=1)) if finite.size > 1 else None
-    return Measure(name, float(finite.mean()), spread, int(finite.size), note, tuple(cautions))
+    mean, spread = np.add.reduce(finite) / finite.size, None  # of a few values: ndarray.std takes longer
+    if finite.size > 1:
+        spread = float(np.sqrt(np.add.reduce(np.square(finite - mean)) / (finite.size - 1)))
+    return Measure(name, float(mean), spread, int(finite.size), note, tuple(cautions))
 
 
 def per_cycle(

@@ -76,7 +76,8 @@ def quotients(time: Floats, area: Floats, start: float, end: float, level: float
 
 def open_quotient(time: Floats, area: Floats, start: float, end: float, level: float) -> float:
     """Open time over period of the cycle from `start` to `end`; parameters as of :func:`quotients`."""
-    if np.diff(np.searchsorted(time, (start, end)))[0] <= 0:
+    first, last = np.searchsorted(time, (start, end))
+    if last <= first:
         return float("nan")
     instants, state = _turns(time, area, start, end, level)
     total = sum(b - a for a, b in zip(instants[1 - state :: 2], instants[2 - state :: 2], strict=False))
@@ -88,7 +89,8 @@ def closed_intervals(
 ) -> list[tuple[float, float]]:
     """Beginning and end (s) of each time at which the glottis is closed, those that the open quotient leaves
     out; parameters as of :func:`quotients`."""
-    if np.diff(np.searchsorted(time, (start, end)))[0] <= 0:
+    first, last = np.searchsorted(time, (start, end))
+    if last <= first:
         return []
     instants, state = _turns(time, area, start, end, level)
     return [(a, b) for a, b in zip(instants[state::2], instants[state + 1 :: 2], strict=False) if b > a]

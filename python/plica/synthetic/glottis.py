@@ -89,6 +89,7 @@ class SyntheticGlottis:
         self.options = o = options or Synthetic()
         random = np.random.default_rng(o.seed)
         self._y, self._x = np.mgrid[0 : o.height, 0 : o.width].astype(float)
+        self._rows = np.ascontiguousarray(self._y[:, :1])
         self._margin = 48
         size = (o.height + 2 * self._margin, o.width + 2 * self._margin)
         texture = ndimage.gaussian_filter(random.standard_normal(size), o.grain)
@@ -163,14 +164,18 @@ class SyntheticGlottis:
         place = self._x.copy()
         for side, sign in enumerate(_SIDES):
             distance = (self._x - self.midline) * sign
-            edge = self.edge(side, self._y, t)
+            edge = self.edge(side, self._rows, t)
             glottis |= (distance >= 0) & (distance < edge)
-            own = distance >= 0
-            back = np.maximum(distance, edge)  # d solves d + edge exp(-d / reach) = back, d >= 0
+            place = np.where(distance >= 0, self.midline + sign * distance, place)
+            moved = np.ix_(edge[:, 0] > 0, distance[0] >= 0)
+            edge = edge[edge[:, 0] > 0]
+            back = np.maximum(distance[moved], edge)  # d solves d + edge exp(-d / reach) = back, d >= 0
             d = back - edge
             for _ in range(60):
-                d = np.maximum(0.0, back - edge * np.exp(-d / self.options.reach))
-            place = np.where(own, self.midline + sign * d, place)
+                before, d = d, np.maximum(0.0, back - edge * np.exp(-d / self.options.reach))
+                if np.array_equal(before, d):
+                    break
+            place[moved] = self.midline + sign * d
         return place, glottis
 
     def _share(self, t: float) -> Floats:
@@ -178,7 +183,7 @@ class SyntheticGlottis:
         share = np.zeros(self._x.shape)
         for side, sign in enumerate(_SIDES):
             distance = (self._x - self.midline) * sign
-            end = np.minimum(distance + 0.5, self.edge(side, self._y, t))
+            end = np.minimum(distance + 0.5, self.edge(side, self._rows, t))
             share += np.maximum(end - np.maximum(distance - 0.5, 0.0), 0.0)
         return share
 

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.storage.files import replaced, require_space
-from plica.storage.hdf5 import create, lay_out, put, put_row, put_text
+from plica.storage.hdf5 import CHECKSUMS, create, lay_out, put, put_text, write_row
 from plica.storage.stored import Stored
 from plica.video.errors import VideoError
 from plica.video.files.recording import Grey, Recording, spread
@@ -167,9 +167,10 @@ class Chain:
         finder = self._finder(drawn)
 
         def add(file: h5py.File) -> None:
+            shape, rows = (self._count, *self._shape), {}
             for name in ("mask", "coverage", "inner"):
-                shape = (self._count, *self._shape)
-                lay_out(file, f"glottis/{name}", shape, np.uint8, "1", packed=True)
+                data = lay_out(file, f"glottis/{name}", shape, np.uint8, "1", packed=True)
+                rows[name] = data, file[f"{CHECKSUMS}/glottis/{name}"]
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
             confined, off = np.zeros(self._count), np.full((self._count, 2), np.nan)
             tissue, always = np.ones((2, *self._shape), dtype=bool)
@@ -183,10 +184,10 @@ class Chain:
                 else:
                     found = finder.outline(frame, index)
                     mask, band[index] = found.mask, (found.least, found.largest)
-                put_row(file, "glottis/mask", index, mask)
+                write_row(*rows["mask"], index, mask)
                 for name in ("coverage", "inner"):
                     covered = mask if found is None else getattr(found, name)
-                    put_row(file, f"glottis/{name}", index, to_stored(covered))
+                    write_row(*rows[name], index, to_stored(covered))
                 confined[index] = 0.0 if found is None else found.confined
                 border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask

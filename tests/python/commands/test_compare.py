@@ -88,7 +88,10 @@ def test_the_interval_of_a_known_change_holds_it(two: tuple[Path, Path]) -> None
 
 
 def test_the_command_leaves_a_page_and_tables(
-    two: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    two: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    request: pytest.FixtureRequest,
 ) -> None:
     assert main(["compare", *map(str, two), "-o", str(tmp_path / "change")]) == 0
     message = capsys.readouterr().out
@@ -108,11 +111,13 @@ def test_the_command_leaves_a_page_and_tables(
     rows = {row["measure"]: row for row in csv.DictReader(lines)}
     assert float(rows["open_quotient"]["difference from"]) == entry["interval"][0]
     assert rows["cycles_used"]["not compared"] == "of the recording, not of the voice"
+    request.getfixturevalue("few_draws")
     assert main(["compare", *map(str, two), "--quiet"]) == 0
     assert capsys.readouterr().out == ""
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_reported(
     two: tuple[Path, Path], tmp_path: Path
 ) -> None:
@@ -143,6 +148,7 @@ def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_reported(
     }
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_glottis_found_by_other_means_is_minded(two: tuple[Path, Path], tmp_path: Path) -> None:
     pytest.importorskip("onnx")
     pytest.importorskip("onnxruntime")
@@ -164,6 +170,7 @@ def test_a_glottis_found_by_other_means_is_minded(two: tuple[Path, Path], tmp_pa
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
 def test_a_picture_turned_about_is_compared_side_by_side(two: tuple[Path, Path], tmp_path: Path) -> None:
     """The same larynx through an endoscope that is turned by half a turn: nothing has changed."""
     uneven = {**_BEFORE, "amplitude": (6, 4.5), "phase": (0.0, 0.4)}
@@ -179,6 +186,7 @@ def test_a_picture_turned_about_is_compared_side_by_side(two: tuple[Path, Path],
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_doubts_of_either_side_are_minded(two: tuple[Path, Path], tmp_path: Path) -> None:
     found = compare(*two[::-1])
     assert any("AFTER on 2026-03-01, which is earlier" in remark for remark in found.remarks)
@@ -196,6 +204,7 @@ def test_doubts_of_either_side_are_minded(two: tuple[Path, Path], tmp_path: Path
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_what_cannot_be_compared_is_refused_in_one_sentence(
     two: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -250,6 +259,7 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
         compare_runs([one, unfinished], [tmp_path / "one", tmp_path / "other"])
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_both_sounds_are_heard_at_one_full_scale_and_seen_in_one_picture(tmp_path: Path) -> None:
     """The second flow is four times as large: 12 dB, in samples and in the picture."""
     one = Phonation(frequency=213.7, impulse=0.0).run()
@@ -270,6 +280,7 @@ def test_both_sounds_are_heard_at_one_full_scale_and_seen_in_one_picture(tmp_pat
     assert "<td>none</td><td>none</td>" in text  # tubes
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_runs_without_cycles_or_sound_are_compared_by_what_they_have(tmp_path: Path) -> None:
     one = Phonation(frequency=213.7, impulse=0.0).run()
     still = {**one.waveforms, "flow": np.zeros(one.time.size), "minimum_area": np.zeros(one.time.size)}

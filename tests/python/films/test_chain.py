@@ -30,6 +30,7 @@ def test_the_flow_of_two_frames_is_found() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
 def test_the_glottis_of_a_film_is_found_and_its_frequency(tmp_path: Path) -> None:
     # Without lag: where the medial surface shows below the edge it is dark, and taken for glottis.
     run = moved(voiced(FREQUENCY, lag=0.0), np.arange(90) * 0.25e-3)

@@ -31,7 +31,7 @@ def test_the_program_runs(
     assert Path("sweeps/two/report.html").is_file()
 
 
-@pytest.mark.usefixtures("here")
+@pytest.mark.usefixtures("here", "few_draws")
 def test_the_program_of_recordings_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

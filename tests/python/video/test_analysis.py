@@ -106,6 +106,7 @@ def test_a_mask_that_fits_no_frame_is_refused(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
 def test_results_are_readable_by_others(done: Path) -> None:
     found = load(done)
     table = found.to_xarray()
@@ -129,6 +130,7 @@ def test_results_are_readable_by_others(done: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
 def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(
     movie: Path, done: Path, tmp_path: Path
 ) -> None:
@@ -156,6 +158,7 @@ def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(
     assert found.modes.share[0] > 0.8
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_where_the_search_fails_a_mask_can_be_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -24,6 +24,8 @@ from plica.video.report import corrections_page
 from plica.video.results import _CHANGES
 from plica.video.settings import Settings
 
+pytestmark = pytest.mark.usefixtures("few_draws", "unrendered")
+
 
 @pytest.fixture(scope="module")
 def analysed(movie: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:

@@ -164,6 +164,7 @@ def test_of_another_recording_it_has_no_patient_and_a_study_of_its_own(
     assert "Übung 7" in of_array.DocumentTitle
 
 
+@pytest.mark.usefixtures("few_draws")
 @pytest.mark.parametrize("name", ["x.dcm", "x.npy"])
 def test_the_same_report_is_the_same_object_and_another_one_another(
     name: str, films: Path, tmp_path: Path
@@ -184,6 +185,7 @@ def test_the_same_command_writes_the_same_object_again(of_archive: Any, films: P
     assert _written(films / "x.dcm", films / "archive") == of_archive
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_reports_of_two_recordings_of_a_study_are_two_series(films: Path, tmp_path: Path) -> None:
     dicom(tmp_path / "y.dcm", GLOTTIS, FrameTime="0.25")
     one, other = _quick(films / "x.dcm", tmp_path / "x"), _quick(tmp_path / "y.dcm", tmp_path / "y")
@@ -192,6 +194,7 @@ def test_reports_of_two_recordings_of_a_study_are_two_series(films: Path, tmp_pa
     assert other.SOPInstanceUID != one.SOPInstanceUID
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_pdf_of_odd_length_is_padded_and_its_length_said(films: Path, tmp_path: Path) -> None:
     for pdf in (b"%PDF-1.7 odd!", b"%PDF-1.7 even!"):
         report = _quick(films / "x.npy", tmp_path / "out", pdf)
@@ -200,6 +203,7 @@ def test_a_pdf_of_odd_length_is_padded_and_its_length_said(films: Path, tmp_path
         assert len(report.EncapsulatedDocument) == 14
 
 
+@pytest.mark.usefixtures("few_draws")
 @pytest.mark.filterwarnings("ignore:Invalid value")  # of reading it again
 def test_a_patient_whose_data_break_the_standard_is_copied_as_it_is(tmp_path: Path) -> None:
     path = dicom(tmp_path / "y.dcm", GLOTTIS, FrameTime="0.25")
@@ -207,6 +211,7 @@ def test_a_patient_whose_data_break_the_standard_is_copied_as_it_is(tmp_path: Pa
     assert _quick(path, tmp_path / "out").PatientBirthDate == "1961-2-3"
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_day_that_was_told_is_that_of_the_recording(films: Path, tmp_path: Path) -> None:
     report = _quick(films / "x.dcm", tmp_path / "out", recorded="2024-03-02")
     assert report.AcquisitionDateTime == "20240302"
@@ -246,6 +251,7 @@ def test_without_its_libraries_nothing_is_computed(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_an_object_of_earlier_settings_is_named(
     films: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

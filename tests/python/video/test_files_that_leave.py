@@ -237,6 +237,7 @@ def test_a_file_that_cannot_be_written_is_one_sentence(found: Analysis, tmp_path
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unrendered")
 def test_one_command_writes_them_for_one_and_for_many(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -295,6 +296,7 @@ def test_without_openpyxl_nothing_is_computed(
         assert not where.exists()
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_files_of_earlier_settings_are_named(
     found: Analysis, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -16,6 +16,7 @@ _FRAMES, _CHANGE = 16, 0.05
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_light_that_flickers_is_stored_flagged_and_reported(tmp_path: Path) -> None:
     glottis = SyntheticGlottis(
         Synthetic(height=96, width=96, frames=_FRAMES, frequency=0.1, amplitude=(5, 5), opening=(2, 2))

@@ -27,10 +27,17 @@ MOVIE = SyntheticGlottis(
 SETTINGS = Settings(fps=4000, correct_drift=False, modes=1, preset="fast")
 
 
+@pytest.fixture(scope="module")
+def analysed(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
+    where = tmp_path_factory.mktemp("origin")
+    np.save(where / "movie.npy", MOVIE.stack())
+    return analyse(where / "movie.npy", where / "found", SETTINGS, progress=False)
+
+
 @pytest.fixture
-def found(tmp_path: Path) -> Analysis:
-    np.save(tmp_path / "movie.npy", MOVIE.stack())
-    return analyse(tmp_path / "movie.npy", tmp_path / "found", SETTINGS, progress=False)
+def found(analysed: Analysis, tmp_path: Path) -> Analysis:
+    """A copy, to be changed."""
+    return load(shutil.copytree(analysed.directory, tmp_path / "found"))
 
 
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
@@ -96,6 +103,7 @@ def test_an_analysis_that_is_done_stays_as_it_was_found(
     assert not calls
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_comparison_says_that_the_motion_was_found_by_different_means(
     found: Analysis, tmp_path: Path
 ) -> None:

@@ -134,6 +134,7 @@ def movie(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 @pytest.mark.parametrize("drift", [[], ["--no-drift"], ["--no-drift", "--rotation", "-3"]])
 def test_a_constant_frame_has_no_area_with_the_drift_taken_out_or_not(
     drift: list[str], tmp_path: Path
@@ -147,6 +148,7 @@ def test_a_constant_frame_has_no_area_with_the_drift_taken_out_or_not(
     assert np.flatnonzero(np.isnan(area)).tolist() == [7]
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_a_light_that_is_not_green_is_said_with_its_reason(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -281,6 +283,7 @@ def test_what_is_no_result_file_is_never_said_to_be_kept(
     assert (where / "results.h5").read_bytes() == before
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_a_flow_file_that_is_none_is_refused(
     movie: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -60,6 +60,7 @@ def test_a_stopped_analysis_goes_on_and_ends_the_same(
         assert np.array_equal(load(tmp_path)[name], load(done)[name], equal_nan=True), name
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_glottis_alone_is_gone_on_with_and_modes_are_printed(
     movie: Path, done: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -122,6 +123,7 @@ def test_another_recording_or_setting_needs_another_directory(movie: Path, tmp_p
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_what_is_said_of_a_recording_may_be_said_later(
     movie: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -203,6 +205,7 @@ def test_a_flow_without_its_results_is_not_taken(movie: Path, done: Path, tmp_pa
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_a_drawn_mask_is_taken_and_only_what_stands_on_it_is_done_again(
     movie: Path, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -263,6 +266,7 @@ def test_a_drawn_mask_is_taken_and_only_what_stands_on_it_is_done_again(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_a_killed_analysis_is_whole_and_goes_on(movie: Path, done: Path, tmp_path: Path) -> None:
     """It kills itself in its twentieth flow; every data set ends with the bits of one never stopped."""
     arguments = ["video", str(movie), "--fps", "4000", "--mm-per-px", "0.05", "--preset", "fast", "--quiet"]

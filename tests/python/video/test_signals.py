@@ -84,7 +84,9 @@ def bare(folder: Path) -> Analysis:
 
 
 @pytest.fixture
-def copied(bare: Analysis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Analysis]:
+def copied(
+    bare: Analysis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, few_draws: None
+) -> Callable[..., Analysis]:
     """The film analysed before, and signals given, where nothing is looked for in pictures again."""
     shutil.copytree(bare.directory, tmp_path / "copy")
     monkeypatch.delattr(chain, "learn")
@@ -131,6 +133,7 @@ def test_the_stored_part_is_that_of_the_frames(found: Analysis) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", [7])
+@pytest.mark.usefixtures("few_draws")
 def test_a_part_of_the_film_has_its_part_of_the_signal(first: int, folder: Path, tmp_path: Path) -> None:
     settings = _settings(folder, first=first)
     done = analyse(folder / "film.npy", tmp_path / "a", settings, until="glottis", progress=False)
@@ -161,6 +164,7 @@ def test_a_signal_may_begin_before_the_film_or_after_it(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("unrendered")
 def test_a_start_that_is_not_told_is_assumed_and_said(
     copied: Callable[..., Analysis], tmp_path: Path
 ) -> None:
@@ -318,6 +322,7 @@ def test_a_wrong_frame_rate_makes_the_light_amber_and_is_at_each_time(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
 def test_two_recordings_with_signals_are_compared(found: Analysis, bare: Analysis) -> None:
     both = {change.name: change for change in compare(found.directory, found.directory).changes}
     assert both["egg_contact_quotient_level"].difference == 0
@@ -428,6 +433,7 @@ _WEAK: dict[str, tuple[np.ndarray, int, str]] = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", _WEAK)
+@pytest.mark.usefixtures("unrendered")
 def test_a_signal_that_says_little_is_measured_and_cautioned(
     kind: str, copied: Callable[..., Analysis], tmp_path: Path
 ) -> None:
@@ -443,6 +449,7 @@ def test_a_signal_that_says_little_is_measured_and_cautioned(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_the_command_takes_signals_for_one_recording(
     found: Analysis, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

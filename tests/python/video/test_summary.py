@@ -12,7 +12,7 @@ from scipy import ndimage
 
 from plica.measures.measure import Measure, whole
 from plica.report.wording import tables
-from plica.video.analysis import analyse
+from plica.video.analysis import Analysis, analyse
 from plica.video.light import light_of
 from plica.video.measures.frame_flags import in_doubt
 from plica.video.report.page import write_report
@@ -31,6 +31,17 @@ def _film(count: int = 90) -> np.ndarray:
     noisy = np.array(frames) + np.random.default_rng(1).normal(0, 1.5, (count, 110, 90))
     noisy[:, :2] = 255.0  # the scale's end
     return np.round(noisy).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
+    """Of four cycles, with its page."""
+    where = tmp_path_factory.mktemp("summary")
+    np.save(where / "film.npy", _film(94))
+    settings = Settings(fps=4000, correct_drift=False)
+    done = analyse(where / "film.npy", where / "a", settings, until="glottis", progress=False)
+    write_report(done)
+    return done
 
 
 def _judged(*items: Measure) -> dict[str, Recorded]:
@@ -66,19 +77,17 @@ def test_what_is_known_well_is_written_down_and_the_rest_has_its_reason() -> Non
     assert _judged(unknown)[name].reason == "no cycles"  # type: ignore[arg-type]
 
 
-def test_the_first_page_has_both_and_the_reasons_of_the_light(tmp_path: Path) -> None:
-    np.save(tmp_path / "film.npy", _film(94))
-    settings = Settings(fps=4000, correct_drift=False)
-    found = analyse(tmp_path / "film.npy", tmp_path / "a", settings, until="glottis", progress=False)
+def test_the_first_page_has_both_and_the_reasons_of_the_light(found: Analysis) -> None:
     rows = {row.name: row for _, part in tables(found.measures) for row in part}
     kept, left_out = summary(found, rows)
     assert {"fundamental_frequency", "open_quotient"} <= {one.row.name for one in kept}
     assert {"jitter", "shimmer"} <= {one.row.name for one in left_out}  # of four cycles
-    text = write_report(found).read_text()
+    text = (found.directory / "report.html").read_text()
     assert text.index("To write down") < text.index("Not to write down") < text.index("All measures")
     assert "only 3 cycles" in text or "only 4 cycles" in text
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_the_reason_that_makes_the_light_what_it_is_comes_first(tmp_path: Path) -> None:
     np.save(tmp_path / "film.npy", _film(30))  # without three cycles
     settings = Settings(fps=4000, correct_drift=False)
@@ -92,12 +101,9 @@ def test_the_reason_that_makes_the_light_what_it_is_comes_first(tmp_path: Path) 
     assert len(light.reasons) >= 2
 
 
-def test_what_comes_before_the_tables_is_printed_on_two_sheets(tmp_path: Path) -> None:
+def test_what_comes_before_the_tables_is_printed_on_two_sheets(found: Analysis) -> None:
     weasyprint = pytest.importorskip("weasyprint")
-    np.save(tmp_path / "film.npy", _film(94))
-    settings = Settings(fps=4000, correct_drift=False)
-    found = analyse(tmp_path / "film.npy", tmp_path / "a", settings, until="glottis", progress=False)
-    page = write_report(found).read_text()
+    page = (found.directory / "report.html").read_text()
     light = page.index('<ul class="reasons">') + len('<ul class="reasons">')
     reasons = "".join(f"<li>{'A reason of two lines. ' * 6}</li>" for _ in range(8))
     for text in (page, page[:light] + reasons + page[light:]):

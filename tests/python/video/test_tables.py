@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +25,25 @@ _GLOTTIS = SyntheticGlottis(
 _SETTINGS = Settings(fps=4000, correct_drift=False)
 
 
+@cache
+def _stack() -> np.ndarray:
+    return _GLOTTIS.stack()
+
+
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
     where = tmp_path_factory.mktemp("tables")
-    np.save(where / "film.npy", _GLOTTIS.stack())
+    np.save(where / "film.npy", _stack())
     return analyse(where / "film.npy", where / "found", _SETTINGS, until="glottis", progress=False)
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
+    """Thirty frames: no cycles, and no frame rate."""
+    where = tmp_path_factory.mktemp("short")
+    np.save(where / "film.npy", _stack()[:30])
+    unknown = Settings(correct_drift=False)
+    return analyse(where / "film.npy", where / "found", unknown, until="glottis", progress=False)
 
 
 def test_cycles_are_those_of_the_voice(found: Analysis) -> None:
@@ -59,9 +74,7 @@ def test_amplitudes_and_phases_along_the_folds_are_the_true_ones(found: Analysis
     assert table["open_share"].min() >= 0
 
 
-def test_a_recording_without_cycles_has_tables_without_rows(tmp_path: Path) -> None:
-    np.save(tmp_path / "film.npy", _GLOTTIS.stack()[:30])
-    short = analyse(tmp_path / "film.npy", tmp_path / "found", _SETTINGS, until="glottis", progress=False)
+def test_a_recording_without_cycles_has_tables_without_rows(short: Analysis) -> None:
     write_tables(short)
     for name in ("cycles", "folds"):
         assert len((short.directory / f"{name}.csv").read_text().splitlines()) == 1
@@ -88,22 +101,19 @@ def test_intervals_of_a_text_grid_leave_no_gap() -> None:
     ]
 
 
-def test_praat_without_a_frame_rate_is_refused(tmp_path: Path) -> None:
-    np.save(tmp_path / "film.npy", _GLOTTIS.stack()[:30])
-    settings = Settings(correct_drift=False)
-    unknown = analyse(tmp_path / "film.npy", tmp_path / "found", settings, until="glottis", progress=False)
+def test_praat_without_a_frame_rate_is_refused(short: Analysis) -> None:
     with pytest.raises(VideoError, match="fps is unknown; must be a whole number"):
-        write_praat(unknown)
+        write_praat(short)
 
 
 def test_a_part_of_a_recording_is_what_it_is_by_itself(tmp_path: Path) -> None:
-    stack = _GLOTTIS.stack()
+    stack = _stack()
     np.save(tmp_path / "whole.npy", stack)
-    np.save(tmp_path / "part.npy", np.concatenate([stack[20:100]]))
-    part = Settings(fps=4000, correct_drift=False, first=20, last=99)
+    np.save(tmp_path / "part.npy", np.concatenate([stack[20:60]]))
+    part = Settings(fps=4000, correct_drift=False, first=20, last=59)
     one = analyse(tmp_path / "whole.npy", tmp_path / "one", part, until="glottis", progress=False)
     other = analyse(tmp_path / "part.npy", tmp_path / "other", _SETTINGS, until="glottis", progress=False)
-    assert one.count == 80
+    assert one.count == 40
     assert np.array_equal(one.area.total, other.area.total)
     for first, last, said in ((0, 110, "has 110 frames"), (109, None, "two or more")):
         wrong = Settings(first=first, last=last)
@@ -114,10 +124,11 @@ def test_a_part_of_a_recording_is_what_it_is_by_itself(tmp_path: Path) -> None:
             Settings(**wrong)
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_several_recordings_have_a_folder_each_and_one_table(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    stack = _GLOTTIS.stack()
+    stack = _stack()
     for name in ("a", "b"):
         np.save(tmp_path / f"{name}.npy", stack[:90])
     (tmp_path / "c.npy").write_bytes(b"nothing")
@@ -143,8 +154,9 @@ def test_several_recordings_have_a_folder_each_and_one_table(
     assert (page.parent / "area.wav").exists()  # but what is wanted now and is not there is made
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_a_part_may_begin_with_the_first_frame(tmp_path: Path) -> None:
-    np.save(tmp_path / "a.npy", _GLOTTIS.stack()[:90])
+    np.save(tmp_path / "a.npy", _stack()[:90])
     part = ["--from", "0", "--to", "79", "--no-drift", "--quiet"]
     assert main(["glottis", str(tmp_path / "a.npy"), *part, "-o", str(tmp_path / "out")]) == 0
     assert load(tmp_path / "out").count == 80

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from plica.video.glottis.regions import bounds, filled, grown
+
 __all__ = ["around", "blurred", "dark_level", "edge_strength", "region_below", "relative_brightness"]
 
 Floats = npt.NDArray[np.floating]
@@ -41,10 +43,16 @@ def region_below(image: Floats, threshold: float, reach: Mask, least: int = 1) -
     """The parts of image < threshold that touch `reach` and have `least` pixels or more, holes filled."""
     from scipy import ndimage
 
-    labels, _ = ndimage.label(image < threshold)
-    kept = np.unique(labels[reach & (labels > 0)])
-    kept = kept[np.bincount(labels.ravel())[kept] >= least]
-    return np.asarray(ndimage.binary_fill_holes(np.isin(labels, kept)))
+    below = np.asarray(image < threshold)
+    box = bounds(below)
+    labels, count = ndimage.label(below[box])
+    kept = np.zeros(count + 1, dtype=bool)
+    kept[labels[reach[box]]] = True
+    kept &= np.bincount(labels.ravel(), minlength=count + 1) >= least
+    kept[0] = False
+    found = np.zeros_like(below)
+    found[box] = filled(kept[labels])
+    return found
 
 
 def blurred(image: Floats, by: float = 1.0) -> Floats:
@@ -58,11 +66,8 @@ def blurred(image: Floats, by: float = 1.0) -> Floats:
 
 def around(mask: Mask) -> Mask:
     """A ring three to five pixels outside."""
-    from scipy import ndimage
-
-    return np.asarray(
-        ndimage.binary_dilation(mask, iterations=5) & ~ndimage.binary_dilation(mask, iterations=2)
-    )
+    near = grown(mask, 2)
+    return grown(near, 3) & ~near
 
 
 def dark_level(frame: npt.NDArray[np.floating], glottis: Mask) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.glottis.brightness import blurred, edge_strength
+from plica.video.glottis.regions import grown
 
 __all__ = ["Candidate", "Prior", "View", "candidates"]
 
@@ -63,41 +64,46 @@ class Candidate:
         Relative brightness.
     label : int
         Its number among the parts of that threshold.
+    labels : (h, w)
+        The numbers of these.
     view : View
     """
 
     score: float
     threshold: float
     label: int
+    labels: npt.NDArray[np.int32]
     view: View
 
     def mask(self) -> Mask:
         """(h, w)."""
-        return np.asarray(self.view.parts(self.threshold)[0] == self.label)
+        return np.asarray(self.labels == self.label)
 
 
 def candidates(view: View, prior: Prior, least_score: float) -> Iterator[Candidate]:
     """The parts below every threshold whose score is above the least one."""
-    from scipy import ndimage
-
     shape = view.relative.shape
     where = _central(shape) if prior.where is None else np.asarray(prior.where, dtype=float)
-    cross, size = ndimage.generate_binary_structure(2, 1), where.size
+    size = where.size
     for threshold in np.linspace(0.1, 0.9, _LADDER):
         labels, count = view.parts(threshold)
         if not count:
             continue
         sizes = np.bincount(labels.ravel(), minlength=count + 1)
-        rim = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
-        outline = labels * (ndimage.minimum_filter(labels, footprint=cross) == 0)
-        on_edge = np.bincount(outline.ravel(), minlength=count + 1)
-        edges = np.bincount(outline.ravel(), weights=view.strength.ravel(), minlength=count + 1)
-        weights = np.bincount(labels.ravel(), weights=where.ravel(), minlength=count + 1)
+        fits = (sizes >= prior.least_area * size) & (sizes <= prior.largest_area * size)
+        for rim in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
+            fits[rim] = False
+        fits[0] = False
+        if not fits.any():
+            continue
+        part = fits[labels]
+        outline = part & grown(~part, 1)
+        on_edge = np.bincount(labels[outline], minlength=count + 1)
+        edges = np.bincount(labels[outline], weights=view.strength[outline], minlength=count + 1)
+        weights = np.bincount(labels[part], weights=where[part], minlength=count + 1)
         score = edges / np.maximum(on_edge, 1) * weights / np.maximum(sizes, 1)
-        fits = (sizes >= prior.least_area * size) & (sizes <= prior.largest_area * size) & (on_edge > 0)
-        fits[rim], fits[0] = False, False
         for label in np.flatnonzero(fits & (score > least_score)):
-            yield Candidate(float(score[label]), float(threshold), int(label), view)
+            yield Candidate(float(score[label]), float(threshold), int(label), labels, view)
 
 
 def _central(shape: tuple[int, ...]) -> Floats:

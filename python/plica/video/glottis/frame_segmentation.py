@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from plica.video.glottis.brightness import around, blurred, region_below, relative_brightness
 from plica.video.glottis.candidates import Prior, View, candidates
+from plica.video.glottis.regions import filled
 
 __all__ = ["Glottis", "segment"]
 
@@ -104,8 +105,10 @@ def _share_of_light(light: Floats, mask: Mask) -> float:
 def _in_line(mask: Mask, first: Mask, bent: float) -> bool:
     """Whether a part lies apart from the first ones along their line, or their width off it, and by a share
     `bent` of how far along it is more, as folds that are bowed do."""
+    if (mask & first).any():
+        return False
     y, x = np.nonzero(first)
-    if x.size < 2 or (mask & first).any():
+    if x.size < 2:
         return False
     spreads, axes = np.linalg.eigh(np.cov(np.stack([x, y])) + np.eye(2) / 12)
     if spreads[1] < _LONG**2 * spreads[0]:
@@ -135,4 +138,4 @@ def _at_half(found: Glottis, view: View, percentile: float, turns: int) -> Glott
         if not 0.4 < turned.sum() / mask.sum() < 1.5:  # it would run out into shadows, or vanish
             break
         mask, threshold = turned, level
-    return Glottis(ndimage.binary_fill_holes(mask), found.score, threshold)
+    return Glottis(filled(mask), found.score, threshold)

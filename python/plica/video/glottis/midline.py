@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.errors import VideoError
+from plica.video.glottis.regions import bounds
 
 __all__ = ["Midline", "closing_in", "find_midline"]
 
@@ -323,10 +324,14 @@ def without_strands(mask: Mask) -> Mask:
     more where they lie across it, over half its length or more where they lie along it."""
     from scipy import ndimage
 
-    parts, count = ndimage.label(mask, np.ones((3, 3)))
+    box = bounds(mask, max(_ACROSS, _ALONG))
+    part = mask[box]
+    parts, count = ndimage.label(part, np.ones((3, 3)))
     if count < 2:
         return mask
-    return mask | _bridges(mask, parts, _ACROSS) | _bridges(mask.T, parts.T, _ALONG).T
+    found = mask.copy()
+    found[box] |= _bridges(part, parts, _ACROSS) | _bridges(part.T, parts.T, _ALONG).T
+    return found
 
 
 def _bridges(mask: Mask, parts: npt.NDArray[np.int32], most: int) -> Mask:

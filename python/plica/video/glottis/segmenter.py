@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from plica.video.glottis.candidates import Prior
 from plica.video.glottis.coverage import coverage
 from plica.video.glottis.frame_outline import Outline
 from plica.video.glottis.frame_segmentation import segment
+from plica.video.glottis.regions import grown
 from plica.video.glottis.tissue_level import PixelLevels, pixel_levels
 
 __all__ = ["Look", "learn", "masks", "read_masks", "write_masks"]
@@ -56,14 +57,16 @@ class Look:
     blur: float
     levels: PixelLevels | None = None
 
-    @property
+    @cached_property
     def near(self) -> Mask:
         """(h, w) the reach and a little about it: beyond, what is dark is another thing, as a shadow or the
         rim of the endoscope's view."""
-        from scipy import ndimage
+        return grown(self.reach, max(2, round(0.01 * max(self.reach.shape))))
 
-        margin = max(2, round(0.01 * max(self.reach.shape)))
-        return np.asarray(ndimage.binary_dilation(self.reach, iterations=margin))
+    @cached_property
+    def _limit(self) -> Mask:
+        """(h, w) the last pixels of what is near, but for those at the frame's border, and all beyond."""
+        return grown(~self.near, 1)
 
     def left_out(self, glottis: Mask) -> Mask:
         """(h, w) what is dark in every frame and was no glottis in any, though it touches one.
@@ -79,7 +82,7 @@ class Look:
             return np.zeros_like(glottis)
         dark = self.levels.always_dark & ~glottis
         labels, _ = ndimage.label(dark, structure=np.ones((3, 3)))
-        beside = np.unique(labels[ndimage.binary_dilation(glottis, iterations=_LEAST // 2) & dark])
+        beside = np.unique(labels[grown(glottis, _LEAST // 2) & dark])
         return np.asarray(np.isin(labels, beside) & dark)
 
     def mask(self, frame: Grey, index: int | None = None, share: float = 0.5) -> Mask:
@@ -112,8 +115,7 @@ class Look:
         from scipy import ndimage
 
         outline = mask & ~ndimage.binary_erosion(mask, border_value=1)
-        limit = outline & ~ndimage.binary_erosion(self.near, border_value=1)
-        return float(limit.sum() / max(outline.sum(), 1))
+        return float((outline & self._limit).sum() / max(outline.sum(), 1))
 
 
 def learn(

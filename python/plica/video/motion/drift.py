@@ -170,8 +170,11 @@ class Steadied:
         found = {}
         for index, picture in self.recording.pictures(wanted):
             motion = self.motion[index : index + 1]
-            colours = [next(without_drift([part], motion)) for part in np.moveaxis(picture, -1, 0)]
-            found[index] = np.clip(np.round(np.stack(colours, axis=-1)), 0, 255).astype(np.uint8)
+            grey = bool((picture[..., 1:] == picture[..., :1]).all())
+            parts = np.moveaxis(picture, -1, 0)[: 1 if grey else 3]
+            colours = np.stack([next(without_drift([part], motion)) for part in parts], axis=-1)
+            seen = np.clip(np.round(colours), 0, 255).astype(np.uint8)
+            found[index] = np.repeat(seen, 3, axis=-1) if grey else seen
         return found
 
     def coloured_lines(self, points: Floats) -> npt.NDArray[np.uint8]:

@@ -140,6 +140,7 @@ GLOTTIS = SyntheticGlottis(
 )
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 @pytest.mark.parametrize("kind", ["cine", "cih"])
 def test_an_analysis_takes_the_cameras_rate_unless_another_is_given(kind: str, tmp_path: Path) -> None:
     deep = GLOTTIS.stack().astype(int) * 16  # twelve bits

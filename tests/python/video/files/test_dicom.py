@@ -24,7 +24,7 @@ from pydicom.uid import (
 from dicom_files import PATIENT, bitstream, dicom, jpeg, jpeg_2000, jpegs, rle, video
 from plica.commands.main import main
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
-from plica.video import VideoError, load
+from plica.video import Settings, VideoError, analyse, load
 from plica.video.files.dicom_items import Item, Joined
 from plica.video.files.sources import FrameSource, open_source, read
 
@@ -295,6 +295,7 @@ def _analysed(source: Path, out: Path, *options: str) -> Any:
     return load(out)
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 @pytest.mark.parametrize("frames", [GLOTTIS, GLOTTIS_12], ids=["8 bits", "12 bits"])
 def test_an_analysis_is_that_of_the_same_frames_in_another_file_to_the_bit(
     frames: np.ndarray, tmp_path: Path
@@ -307,8 +308,9 @@ def test_an_analysis_is_that_of_the_same_frames_in_another_file_to_the_bit(
     found = _analysed(source, tmp_path / "dicom")
     assert found.settings.fps == 4000
     assert found.measures["fundamental_frequency"].value == pytest.approx(480, rel=0.03)
+    same = Settings(fps=4000, correct_drift=False)
     for suffix in ("npy", "tif"):
-        other = _analysed(tmp_path / f"x.{suffix}", tmp_path / suffix, "--fps", "4000")
+        other = analyse(tmp_path / f"x.{suffix}", tmp_path / suffix, same, until="glottis", progress=False)
         for name in ("glottis/mask", "glottis/coverage", "sides/left", "sides/right", "sides/kymogram"):
             assert np.array_equal(found[name], other[name], equal_nan=True), name
         assert {name: item.value for name, item in found.measures.items()} == {
@@ -316,6 +318,7 @@ def test_an_analysis_is_that_of_the_same_frames_in_another_file_to_the_bit(
         }
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_a_rate_of_playing_is_shown_with_a_caution_and_not_used(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -338,6 +341,7 @@ def test_a_rate_of_playing_is_shown_with_a_caution_and_not_used(
     assert "the file states" not in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_nobody_is_named_in_what_an_analysis_writes(tmp_path: Path) -> None:
     source = dicom(tmp_path / "x.dcm", GLOTTIS, FrameTime="0.25")
     out = tmp_path / "out"

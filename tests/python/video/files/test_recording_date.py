@@ -93,6 +93,7 @@ def test_a_label_or_a_day_that_is_none_is_refused(given: dict, said: str) -> Non
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_label_and_day_are_in_page_and_tables_and_are_kept(tmp_path: Path) -> None:
     stack = SyntheticGlottis(_OPTIONS).stack()
     movie, where = tmp_path / "a.tif", tmp_path / "a"
@@ -120,6 +121,7 @@ def test_label_and_day_are_in_page_and_tables_and_are_kept(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_what_is_not_known_is_not_shown(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", SyntheticGlottis(_OPTIONS).stack())
     assert main(["glottis", str(tmp_path / "a.npy"), "-o", str(tmp_path / "a"), "--no-drift", "--quiet"]) == 0

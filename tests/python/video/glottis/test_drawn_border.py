@@ -86,6 +86,7 @@ def test_the_sentence_names_the_frame_that_is_most_off() -> None:
     assert "too small" in doubt(off[3:4])
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_drawn_mask_that_is_too_wide_makes_the_light_amber(tmp_path: Path) -> None:
     film = _film("plain")
     np.save(tmp_path / "film.npy", np.concatenate([film.stack()] * 3))

@@ -271,6 +271,7 @@ def test_slits_are_as_wide_as_they_are_on_lines_that_lean(lean: float) -> None:
     assert centre[20:80].mean() == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_no_phase_and_no_ratio_is_made_of_a_fold_that_stands_still() -> None:
     time = np.arange(float(_FRAMES))
     moves, still = 5 + 4 * np.sin(2 * np.pi * time / _PERIOD), np.full(_FRAMES, 2.0)
@@ -297,7 +298,9 @@ def _film(left: Fold, right: Fold) -> np.ndarray:
     return np.clip(np.round(frames), 0, 255).astype(np.uint8)
 
 
-def test_the_measures_of_a_film_of_a_paralysed_fold_hold_what_is_true(tmp_path: Path) -> None:
+def test_the_measures_of_a_film_of_a_paralysed_fold_hold_what_is_true(
+    tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     np.save(
         tmp_path / "film.npy",
         _film(lambda _, shape: -4 * shape, lambda turn, shape: shape * np.maximum(3 + 7 * np.sin(turn), -4)),
@@ -320,5 +323,6 @@ def test_the_measures_of_a_film_of_a_paralysed_fold_hold_what_is_true(tmp_path: 
         del file["glottis/coverage"]
     with pytest.raises(VideoError, match="from an earlier version of plica"):
         load(tmp_path / "found")
+    request.getfixturevalue("few_draws")
     again = analyse(*where, settings, until="glottis", progress=False)
     assert again.measures["amplitude_right"].value == right.value

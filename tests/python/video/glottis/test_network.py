@@ -93,6 +93,7 @@ def movie(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_recording_is_measured_by_the_networks_masks(movie: Path, tmp_path: Path) -> None:
     model, drawn = darker(tmp_path / "m.onnx", level=0.3), GLOTTIS.mask(3)
     settings = video.Settings(segmenter=str(model), correct_drift=False)
@@ -113,6 +114,7 @@ def test_a_recording_is_measured_by_the_networks_masks(movie: Path, tmp_path: Pa
     assert (found["glottis/least"] <= found["glottis/largest"]).all()
 
 
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_an_analysis_goes_on_with_the_same_model_alone(
     movie: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

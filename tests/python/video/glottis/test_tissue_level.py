@@ -41,6 +41,7 @@ def analysed(options: Synthetic, directory: Path) -> tuple[Analysis, np.ndarray]
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", _SHADOWS)
+@pytest.mark.usefixtures("few_draws")
 def test_what_is_dark_beside_the_glottis_is_no_part_of_it_or_turns_the_light(
     name: str, tmp_path: Path
 ) -> None:
@@ -60,6 +61,7 @@ def test_what_is_dark_beside_the_glottis_is_no_part_of_it_or_turns_the_light(
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws")
 def test_a_gap_that_never_closes_is_glottis_and_is_spoken_of(tmp_path: Path) -> None:
     found, truth = analysed(replace(_BASE, opening=(11.0, 11.0), crease=4.0), tmp_path)
     total = truth.sum(axis=0)

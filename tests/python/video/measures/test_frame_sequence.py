@@ -113,7 +113,7 @@ def test_periods_that_differ_by_whole_frames_are_told_from_a_voices() -> None:
     random = np.random.default_rng(2)
 
     def said(periods: np.ndarray) -> list[str]:
-        still = np.zeros((_PLACES, 300))
+        still = np.zeros((_PLACES, 40))  # of two periods the motion tells nothing
         return frame_sequence(still, np.concatenate([[0.0], np.cumsum(periods)])).doubts()
 
     lost = _PERIOD - random.integers(0, 3, 12) + 0.04 * random.standard_normal(12)

@@ -90,6 +90,7 @@ def test_where_nothing_has_a_value_nothing_is_said_of_it() -> None:
     assert cautioned([some, none], "said") == [replace(some, cautions=("said",)), none]
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_a_true_asymmetry_in_even_light_is_kept_and_not_taken_for_the_lamp(tmp_path: Path) -> None:
     found = _recorded(tmp_path, (5.0, 7.0), 0.0)
     assert found.measures["amplitude_ratio"].value == pytest.approx(1.4, abs=0.1)

@@ -223,8 +223,12 @@ _BY_AREA = ("glottal_area_mean", "open_quotient", "closing_quotient", "open_quot
 
 
 @pytest.mark.parametrize(("blur", "noise"), [(0.3, 2.0), (1.0, 2.0), (1.0, 10.0)])
-def test_intervals_hold_the_truth_of_blurred_films(tmp_path: Path, blur: float, noise: float) -> None:
+def test_intervals_hold_the_truth_of_blurred_films(
+    tmp_path: Path, blur: float, noise: float, request: pytest.FixtureRequest
+) -> None:
     found, area = _recorded(tmp_path, replace(_FILM, blur=blur, noise=noise))
+    assert found.measures  # with their intervals
+    request.getfixturevalue("few_draws")  # of the others values alone are looked at
     edges = np.zeros(len(area))
     exact, _ = measures(GlottalArea(*area.T, edges, edges), 4000, cycles=found.cycles)
     outlined, _ = measures(replace(found.area, lost=None), 4000)

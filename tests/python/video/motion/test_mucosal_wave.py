@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -166,13 +167,14 @@ _WAVES = [
 ]
 
 
-@pytest.fixture
-def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Analysis:
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
     """Three cycles of 6.67 frames; the flow, which would take its time, is a field that is given."""
     glottis = SyntheticGlottis(
         Synthetic(height=96, width=80, frames=30, frequency=0.15, amplitude=(5, 5), opening=(2, 2))
     )
-    np.save(tmp_path / "short.npy", glottis.stack())
+    where = tmp_path_factory.mktemp("short")
+    np.save(where / "short.npy", glottis.stack())
     given = iter(range(29))
 
     def known(before: np.ndarray, after: np.ndarray, **_: object) -> SimpleNamespace:
@@ -184,13 +186,15 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Analysis:
         light = SimpleNamespace(change=0.0, gain=np.ones(2))
         return SimpleNamespace(flow=flow, round_trip=0.01 * flow, residual=0 * u + 1, light=light)
 
-    monkeypatch.setattr(chain, "flow", known)
-    return analyse(tmp_path / "short.npy", tmp_path, _SETTINGS, progress=False)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chain, "flow", known)
+        return analyse(where / "short.npy", where / "a", _SETTINGS, progress=False)
 
 
 _SETTINGS = Settings(fps=4000, correct_drift=False, modes=1)
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_three_cycles_of_few_frames_are_analysed_to_the_end(short: Analysis) -> None:
     assert short.cycles.count == 3
     first, last = short.cycles_in_frames.starts[[0, -1]]
@@ -199,6 +203,7 @@ def test_three_cycles_of_few_frames_are_analysed_to_the_end(short: Analysis) -> 
     assert short.measures["mucosal_wave_speed_left"].value > 0
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_what_speaks_against_the_area_speaks_against_strain_and_waves(short: Analysis) -> None:
     few = "a cycle has only 6.7 frames"
     assert any(text.startswith(few) for text in short.doubts)
@@ -207,6 +212,7 @@ def test_what_speaks_against_the_area_speaks_against_strain_and_waves(short: Ana
             assert any(text.startswith(few) for text in item.cautions), item.name
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_what_is_unusual_about_the_cycles_is_said_of_strain_and_waves(
     short: Analysis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,12 +225,14 @@ def test_what_is_unusual_about_the_cycles_is_said_of_strain_and_waves(
         assert found.cycles.note in found.measures[name].cautions
 
 
-def test_an_analysis_whose_pairs_show_too_little_says_so_and_ends(short: Analysis) -> None:
-    residual = short["flow/residual"]
+@pytest.mark.usefixtures("few_draws")
+def test_an_analysis_whose_pairs_show_too_little_says_so_and_ends(short: Analysis, tmp_path: Path) -> None:
+    copy = load(shutil.copytree(short.directory, tmp_path / "a"))
+    residual = copy["flow/residual"]
     residual[11:] = np.nan
-    rewrite(short.directory / "flow.h5", "residual", residual)
-    forget(short.path, "waves")
-    found = analyse(short.source, short.directory, _SETTINGS, progress=False)
+    rewrite(copy.directory / "flow.h5", "residual", residual)
+    forget(copy.path, "waves")
+    found = analyse(copy.source, copy.directory, _SETTINGS, progress=False)
     assert found.fundamental is None
     for name in _WAVES:
         item = found.measures[name]

@@ -217,6 +217,7 @@ def test_the_command_takes_four_pairs_from_the_first_that_shows_tissue_to_the_la
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_draws", "unrendered")
 def test_the_command_says_it_beside_the_presets_lambda(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
