@@ -215,7 +215,7 @@ def _is_uneven(values: Floats, pattern: int, tolerance: Tolerance) -> bool:
     relative = values / values.mean()
     found = []
     for part in (relative[:-half], relative[-half:]):  # the middle one of an odd number is in the first
-        about = part - np.array([part[k % pattern :: pattern].mean() for k in range(part.size)])
+        about = part - np.resize([part[k::pattern].mean() for k in range(pattern)], part.size)
         freedom = part.size - pattern
         found.append((float(about @ about) / freedom, freedom))
     (small, of_small), (large, of_large) = sorted(found)
