@@ -20,9 +20,9 @@ Floats = NDArray[np.float64]
 MM_PER_PX = 0.06
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PicturedFolds:
-    """A film of two alike frames of a mesh, and the geometry that the mesh was made of."""
+    """A film of two alike frames of a mesh, and the geometry that the mesh was made of; itself alone."""
 
     section: larynx_fit.CrossSection
     clip: Any

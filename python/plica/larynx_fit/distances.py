@@ -23,14 +23,14 @@ class ContourError:
 
 def to_outline(points: Floats, outline: Floats) -> Floats:
     """(n) distances of points (n, 2) from the closed polygon through `outline` (m, 2). O(n m)."""
-    begin = outline
-    along = np.roll(outline, -1, axis=0) - begin
+    along = np.roll(outline, -1, axis=0) - outline
     squares = np.maximum((along**2).sum(axis=1), 1e-300)
+    (a, b), (u, v) = outline.T, along.T
     nearest = np.full(len(points), np.inf)
     for part in np.array_split(np.arange(len(points)), len(points) // 500 + 1):
-        off = points[part, None] - begin
-        share = np.clip((off * along).sum(axis=2) / squares, 0.0, 1.0)
-        nearest[part] = np.sqrt(((off - share[..., None] * along) ** 2).sum(axis=2)).min(axis=1)
+        x, y = points[part, :1] - a, points[part, 1:] - b
+        share = np.clip((x * u + y * v) / squares, 0.0, 1.0)
+        nearest[part] = np.sqrt(((x - share * u) ** 2 + (y - share * v) ** 2).min(axis=1))
     return nearest
 
 

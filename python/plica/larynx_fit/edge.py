@@ -102,14 +102,15 @@ def glottal_edge(seen: MeshSeen, section: CrossSection) -> Floats:
     nearest = np.clip(-(a * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300), 0.0, 1.0)
     near = np.linalg.norm(a + nearest[:, None] * along, axis=1) < _NEAR
     a, along = a[near], along[near]
+    turn = a[:, 0] * along[:, 1] - a[:, 1] * along[:, 0]
     rays = Rays.of(_RAYS)
     reach = np.full(_RAYS, np.inf)
     for part in np.array_split(np.arange(_RAYS), _RAYS // _BATCH):
         d = rays.direction[part, None]
         across = d[..., 0] * along[:, 1] - d[..., 1] * along[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
-            far = (a[:, 0] * along[:, 1] - a[:, 1] * along[:, 0]) / across
             share = (a[:, 0] * d[..., 1] - a[:, 1] * d[..., 0]) / across
-        met = (far > 0) & (share >= -1e-9) & (share <= 1 + 1e-9)
-        reach[part] = np.where(met, far, np.inf).min(axis=1)
+        ray, side = np.nonzero((share >= -1e-9) & (share <= 1 + 1e-9))
+        far = turn[side] / across[ray, side]
+        np.minimum.at(reach, part[ray], np.where(far > 0, far, np.inf))
     return section.outline(rays, section.cut(rays, reach))

@@ -26,6 +26,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plica.measures.cycles import Cycles, Verdict, differing, too_few
 from plica.measures.instants import highest
@@ -34,6 +35,8 @@ from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
 from plica.measures.stationary import drifts, fewest, fit, of_amplitude, of_period, slope
 from plica.measures.thresholds import mark_shares
+
+Ints = NDArray[np.intp]
 
 _PASSED = 0.9  # of a pulse's height: a record that ends above it may not have the crest
 _LIMITS = (0.15, 0.25, 0.35)  # of the local range
@@ -96,7 +99,7 @@ def marks(time: Floats, signal: Floats) -> Floats:
     size = np.maximum(ndimage.maximum_filter1d(signal, width, mode="nearest") - low, _SILENT * np.ptp(signal))
     rough = rises(time, (signal - low) / size, *_LIMITS)
     edges = np.searchsorted(time, rough)
-    found, last = [], 0.0  # the height of the pulse before
+    places, passed, last = [], [], 0.0  # the height of the pulse before
     for k, (begin, end) in enumerate(pairwise([*edges.tolist(), signal.size])):
         peak = int(begin) + int(np.argmax(signal[begin:end]))
         before = int(edges[k - 1]) if k else 0
@@ -112,29 +115,39 @@ def marks(time: Floats, signal: Floats) -> Floats:
             continue  # the record starts, or ends, within the flank
         below = [np.flatnonzero(signal[top:peak] < level) for level in levels]
         if below[0].size:  # the record has all of the flank
-            places = [top + int(k[-1]) + 1 for k in below]
-            instants = [_crossing(time, signal, k, level) for k, level in zip(places, levels, strict=True)]
-            found.append(float(np.mean(instants)))
-    return np.array(found)
+            places.append([top + int(k[-1]) + 1 for k in below])
+            passed.append(levels)
+    if not places:
+        return np.empty(0)
+    instants = _crossings(time, signal, np.ravel(places), np.ravel(passed))
+    return np.array([np.mean(each) for each in np.split(instants, len(places))])
 
 
-def _crossing(time: Floats, signal: Floats, k: int, level: float) -> float:
-    """Instant between samples k - 1 and k at which a cubic through the four nearest samples crosses the
+def _crossings(time: Floats, signal: Floats, k: Ints, level: Floats) -> Floats:
+    """Instants (n) between samples k - 1 and k at which a cubic through the four nearest samples crosses the
     level.
 
     Linear at the ends of the record, and if the cubic leaves the interval (near a corner of the signal).
     """
-    line = float((level - signal[k - 1]) / (signal[k] - signal[k - 1]))
-    part = line
-    if 2 <= k < signal.size - 1 and signal[k - 2] < signal[k - 1]:
-        y = (signal[k - 2 : k + 2] - level).tolist()  # at -1, 0, 1 and 2
-        third, second = (y[3] - y[0]) / 6 - (y[2] - y[1]) / 2, (y[0] + y[2]) / 2 - y[1]
-        roots = np.roots((third, second, y[2] - y[1] - third - second, y[1]))
-        real = roots.real[np.abs(roots.imag) < 1e-9]
-        inside = real[(real >= 0) & (real <= 1)]
-        if inside.size == 1:
-            part = float(inside[0])
-    return float(time[k - 1] + part * (time[k] - time[k - 1]))
+    part = (level - signal[k - 1]) / (signal[k] - signal[k - 1])
+    within = np.flatnonzero((k >= 2) & (k < signal.size - 1))
+    within = within[signal[k[within] - 2] < signal[k[within] - 1]]
+    y = [signal[k[within] + after] - level[within] for after in (-2, -1, 0, 1)]  # at -1, 0, 1 and 2
+    third, second = (y[3] - y[0]) / 6 - (y[2] - y[1]) / 2, (y[0] + y[2]) / 2 - y[1]
+    cubic = np.stack((third, second, y[2] - y[1] - third - second, y[1]), axis=1)
+    bent = third != 0
+    companion = np.zeros((np.count_nonzero(bent), 3, 3))
+    companion[:, [1, 2], [0, 1]] = 1.0
+    companion[:, 0] = -cubic[bent, 1:] / cubic[bent, :1]
+    roots = np.full((len(cubic), 3), np.nan, dtype=complex)
+    roots[bent] = np.linalg.eigvals(companion)
+    for one in np.flatnonzero(~bent):
+        found = np.roots(cubic[one])
+        roots[one, : found.size] = found
+    inside = (np.abs(roots.imag) < 1e-9) & (roots.real >= 0) & (roots.real <= 1)
+    once = inside.sum(axis=1) == 1
+    part[within[once]] = roots.real[once][inside[once]]
+    return np.asarray(time[k - 1] + part * (time[k] - time[k - 1]))
 
 
 def heights(time: Floats, signal: Floats, cycles: Cycles) -> Floats:

@@ -30,6 +30,7 @@ the test finds none.)
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,8 +102,11 @@ def stationary_from(sequences: list[tuple[Floats, Tolerance]]) -> int | None:
     changed, trend = [False] * len(sequences), False
     count = size
     while count >= fewest:
-        trend = trend or any(drifts(fit(values[size - count :], same), same) for values, same in sequences)
-        still = [_is_stationary(values[size - count :], same) for values, same in sequences]
+        ends = [
+            (values[size - count :], same, fit(values[size - count :], same)) for values, same in sequences
+        ]
+        trend = trend or any(drifts(line, same) for _, same, line in ends)
+        still = [_is_stationary(*end) for end in ends]
         changed = [past or not now for past, now in zip(changed, still, strict=True)]
         if all(still):
             core = count if count < size else max((size + 1) // 2, fewest)
@@ -167,17 +171,25 @@ def drifts(line: Fit, tolerance: Tolerance) -> bool:
 
 
 def _fit(values: Floats, pattern: int) -> Fit:
-    number = np.arange(values.size)
     relative = values / values.mean() - 1.0
-    places = (number[:, None] % pattern == np.arange(pattern)).astype(float)
-    basis = np.concatenate((places, (number - number.mean())[:, None]), axis=1)
+    places, basis, variance = _basis(values.size, pattern)
     solution = np.linalg.lstsq(basis, relative, rcond=None)[0]
     residual = relative - basis @ solution
     about = relative - places @ (places.T @ relative / places.sum(axis=0))
     freedom = values.size - pattern - 1
-    error = np.sqrt(residual @ residual / freedom * np.linalg.inv(basis.T @ basis)[-1, -1])
+    error = np.sqrt(residual @ residual / freedom * variance)
     spread = np.sqrt(about @ about / (freedom + 1))
     return Fit(pattern, float(solution[-1]), float(error), float(spread), residual)
+
+
+@lru_cache(maxsize=256)
+def _basis(size: int, pattern: int) -> tuple[Floats, Floats, float]:
+    """Places in the pattern (size, pattern), the same with the line (size, pattern + 1), and the variance of
+    its slope where that of a value is 1. Not to be written to."""
+    number = np.arange(size)
+    places = (number[:, None] % pattern == np.arange(pattern)).astype(float)
+    basis = np.concatenate((places, (number - number.mean())[:, None]), axis=1)
+    return places, basis, np.linalg.inv(basis.T @ basis)[-1, -1]
 
 
 def _explains(sorted_: Fit, plain: Fit) -> bool:
@@ -190,8 +202,7 @@ def _explains(sorted_: Fit, plain: Fit) -> bool:
     return bool(gain > limit * left)
 
 
-def _is_stationary(values: Floats, tolerance: Tolerance) -> bool:
-    line = fit(values, tolerance)
+def _is_stationary(values: Floats, tolerance: Tolerance, line: Fit) -> bool:
     return not (drifts(line, tolerance) or _is_uneven(values, line.pattern, tolerance))
 
 
@@ -204,7 +215,7 @@ def _is_uneven(values: Floats, pattern: int, tolerance: Tolerance) -> bool:
     relative = values / values.mean()
     found = []
     for part in (relative[:-half], relative[-half:]):  # the middle one of an odd number is in the first
-        about = part - np.array([part[k % pattern :: pattern].mean() for k in range(part.size)])
+        about = part - np.resize([part[k::pattern].mean() for k in range(pattern)], part.size)
         freedom = part.size - pattern
         found.append((float(about @ about) / freedom, freedom))
     (small, of_small), (large, of_large) = sorted(found)
@@ -255,7 +266,9 @@ def _reach(sequences: list[tuple[Floats, Tolerance]], core: int) -> int:
     """First of the cycles that agree with those from `core` on and are stationary together with them."""
     apart = np.flatnonzero(np.any([_departs(*pair, core, 1e-4) for pair in sequences], axis=0))
     first = int(apart[-1]) + 1 if apart.size else 0
-    while first < core and not all(_is_stationary(values[first:], same) for values, same in sequences):
+    while first < core and not all(
+        _is_stationary(values[first:], same, fit(values[first:], same)) for values, same in sequences
+    ):
         first += max((core - first) // 16, 1)
     return first
 

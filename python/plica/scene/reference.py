@@ -84,6 +84,7 @@ _OF_A_FILE = (
 _KINDS = {Larynx: "larynx", MeshFile: "file", Blocks: "blocks"}
 
 
+@cache
 def scene_tables() -> tuple[Table, ...]:
     """All tables of a scene, each once, from the outside in."""
     found: dict[tuple[type[Part], str], Table] = {}

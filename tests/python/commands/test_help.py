@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 from importlib import metadata
 from pathlib import Path
@@ -9,11 +10,17 @@ from pathlib import Path
 import pytest
 
 import plica
-from plica.commands.main import main
+from plica.commands import keys
+from plica.commands.main import execute, main
 from plica.commands.synonyms import NOT_MODELLED, SYNONYMS
 from plica.measures.catalogue import CATALOGUE
 from plica.scene.reference import scene_tables
 from repository import EXAMPLES
+
+
+def keys_shown(name: str) -> int:
+    """`plica keys NAME`, without the parsers of all commands for each name."""
+    return execute(argparse.Namespace(command=keys._keys, name=[name]), ["keys", name])
 
 
 def test_the_examples_that_come_with_the_package_are_those_of_the_sources(tmp_path: Path) -> None:
@@ -59,7 +66,7 @@ def test_every_table_and_key_can_be_asked_for(capsys: pytest.CaptureFixture[str]
     for table in scene_tables():
         assert table.title in overview
         for name in [table.path] * bool(table.path) + [key.name for key in table.keys]:
-            assert main(["keys", name]) == 0
+            assert keys_shown(name) == 0
             assert name in capsys.readouterr().out
 
 
@@ -150,7 +157,7 @@ def test_what_is_named_in_place_of_what_is_not_modelled_is_there(capsys: pytest.
     for word, (_, names) in NOT_MODELLED.items():
         assert word == word.lower()
         for name in names:
-            assert main(["keys", name]) == 0, name
+            assert keys_shown(name) == 0, name
             assert name.rpartition(".")[2] in capsys.readouterr().out
 
 
@@ -163,7 +170,7 @@ def test_every_synonym_leads_to_what_there_is(capsys: pytest.CaptureFixture[str]
     for word, names in SYNONYMS.items():
         assert word == word.lower()
         for name in names:
-            assert main(["keys", name]) == 0, name
+            assert keys_shown(name) == 0, name
             assert name.rpartition(".")[2] in capsys.readouterr().out
 
 

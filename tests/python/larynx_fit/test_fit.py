@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ CAMERAS = [
 ]
 
 
+@cache
 def _fit(folds: Any, *, frame: bool = False, **changed: Any) -> larynx_fit.LarynxFit:
     settings = folds.section.settings
     given = {"mm_per_px": MM_PER_PX, "tilt": settings.tilt, "lean": settings.lean, "larynx": "demo"} | changed

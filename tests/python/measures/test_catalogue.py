@@ -28,6 +28,7 @@ from plica.units import read_quantity
 from plica.video.files.signal_file import Signal
 from plica.video.glottis.glottal_area import GlottalArea
 from plica.video.glottis.midline import Midline
+from plica.video.measures import error_model
 from plica.video.measures.signal_measures import signal_measures
 from plica.video.measures.wave_measures import wave_measures
 from plica.video.measures.waveforms import measures
@@ -80,6 +81,12 @@ VOICES = {
     "silent": dataclasses.replace(BASE, amplitude_left=0.0, amplitude_right=0.0, impulse=0.0).run(),
     "gliding": glide(BASE.run()),
 }
+
+
+@pytest.fixture(autouse=True)
+def _few_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of what a recording's intervals stand on, which test_error_model.py has; its values do not."""
+    monkeypatch.setattr(error_model, "_DRAWS", 10)
 
 
 @pytest.mark.parametrize("voice", VOICES)

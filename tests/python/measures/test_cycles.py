@@ -12,7 +12,14 @@ import pytest
 from plica.measures.cycles import Cycles, differing, find_cycles
 from plica.measures.glottal import frequency_measures
 from plica.measures.measure import cycle_frequency
-from plica.measures.stationary import fit, neighbours_scatter, of_amplitude, of_period, stationary_from
+from plica.measures.stationary import (
+    _is_uneven,
+    fit,
+    neighbours_scatter,
+    of_amplitude,
+    of_period,
+    stationary_from,
+)
 from voices import Floats, folds_apart, scattered, voice
 
 time = 5e-5 * np.arange(1, 8001)
@@ -344,6 +351,14 @@ def test_scatter_of_neighbours_knows_neither_trend_nor_pattern() -> None:
     # The least of four medians of 400: 5 % low in the mean.
     for shape in (np.ones(400), 1.02**k, np.where(k % 2, 0.5, 1.0), np.array([1, 0.6, 0.8, 0.7])[k % 4]):
         assert neighbours_scatter(plain * shape) == pytest.approx(0.02, rel=0.15)
+
+
+def test_scatter_that_ends_is_found_beside_a_pattern() -> None:
+    k = np.arange(80)
+    noise = np.random.default_rng(3).standard_normal(80)
+    values = np.where(k % 2, 0.6, 1.0) + np.where(k < 40, 0.1, 0.005) * noise
+    assert _is_uneven(values, 2, of_amplitude)
+    assert not _is_uneven(values[40:], 2, of_amplitude)
 
 
 def test_the_line_through_a_pattern_has_its_slope() -> None:

@@ -17,7 +17,7 @@ from plica.measures.perturbation import (
     noise_measures,
     perturbation_measures,
 )
-from plica.measures.recorded import recorded_cycles
+from plica.measures.recorded import _crossings, recorded_cycles
 from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
 from plica.measures.sides import side_measures
 from plica.measures.thresholds import mark_shares
@@ -342,3 +342,23 @@ def test_cycles_that_are_left_out_have_no_part_in_growth_and_perturbations() -> 
     (shimmer,) = (item for item in perturbation_measures(time, spoiled, cycles) if item.name == "shimmer")
     assert shimmer.cycles == 16
     assert any("only 16 cycles" in said for said in shimmer.cautions)
+
+
+def test_a_level_is_crossed_where_the_cubic_through_four_samples_crosses_it() -> None:
+    """Exact for a cubic, and for a line, whose cubic has no third power; linear where samples are missing."""
+    time = np.arange(8.0)
+    level = np.array([0.3, 2.7, 7.9])
+    cubic = time + 0.02 * (time - 3) ** 3
+    places = np.searchsorted(cubic, level)
+    within = (places >= 2) & (places < 7)
+    assert within.tolist() == [False, True, False]
+    found = _crossings(time, cubic, places, level)
+    assert found[1] + 0.02 * (found[1] - 3) ** 3 == pytest.approx(2.7, rel=1e-12)
+    straight = np.interp(level, cubic, time)
+    np.testing.assert_allclose(found[~within], straight[~within], rtol=1e-12)
+    assert abs(found[1] - straight[1]) > 1e-4
+    np.testing.assert_allclose(
+        _crossings(time, 2 * time, np.array([2, 5]), np.array([3.1, 8.4])), [1.55, 4.2]
+    )
+    at_once = [_crossings(time, cubic, places[[k]], level[[k]])[0] for k in range(3)]
+    np.testing.assert_array_equal(found, at_once)

@@ -65,7 +65,7 @@ def test_below_onset_a_run_stays_where_it_begins(
     simulation = plica.build_simulation(scene)
     begun = np.array(simulation.displacement)
     names = ["section_area", "section_pressure", "flow"]
-    waves = simulation.advance(round(20e-3 / scene.time.step), names)
+    waves = simulation.advance(min(round(20e-3 / scene.time.step), 4000), names)
     assert np.abs(begun).max() > 1e-6
     assert np.abs(np.asarray(simulation.displacement) - begun).max() < 1e-9 * np.abs(begun).max()
     for name in names:

@@ -36,13 +36,17 @@ def moved_mesh(mesh: MeshArrays, to: Callable[[Floats], Floats]) -> _engine.TetM
     for k, (i, j) in enumerate(EDGES):
         straight[cells[:, 4 + k]] = 0.5 * (goal[cells[:, i]] + goal[cells[:, j]])
     share, image = np.ones(len(points)), nearest_image(points, 0)
+    moved = np.arange(len(cells))  # cells that are not as they were found to be
     for halving in range(_HALVINGS + 1):
         placed = straight + share[:, None] * (goal - straight)
-        a, b, c, d = (placed[cells[:, k]] for k in range(4))
+        own = cells[moved]
+        a, b, c, d = (placed[own[:, k]] for k in range(4))
         flat = np.linalg.det(np.stack((b - a, c - a, d - a), axis=1))
-        bad = cells[node_jacobians(placed, cells).min(axis=1) < _LEAST * flat]
+        bad = own[node_jacobians(placed, own).min(axis=1) < _LEAST * flat]
         if not len(bad):
             break
         less = np.unique(bad[:, 4:])
-        share[np.union1d(less, image[less])] *= 0.5 if halving + 1 < _HALVINGS else 0.0
+        less = np.union1d(less, image[less])
+        share[less] *= 0.5 if halving + 1 < _HALVINGS else 0.0
+        moved = np.flatnonzero(np.isin(cells[:, 4:], less).any(axis=1))
     return changed_mesh(mesh, points=placed)
