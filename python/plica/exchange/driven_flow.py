@@ -62,9 +62,9 @@ def driven_flow(scene: Scene, areas: Areas) -> DrivenFlow:
     """The flow of a scene's airflow and tubes through given areas.
 
     It begins as if it had always been so. The subglottal pressure at the areas' times is the scene's, with
-    its `rise` and its `course`. Where the air that the folds displace is not known, it is that of the sections, which are
-    taken to stay at their heights. Where only the narrowest area is known, the glottis has the shape of the
-    scene's at rest, opened or closed by as much in all sections, and displaces no air.
+    its `rise` and its `course`. Where the air that the folds displace is not known, it is that of the
+    sections, which are taken to stay at their heights. Where only the narrowest area is known, the glottis
+    has the shape of the scene's at rest, opened or closed by as much in all sections, and displaces no air.
 
     Parameters
     ----------
@@ -74,7 +74,8 @@ def driven_flow(scene: Scene, areas: Areas) -> DrivenFlow:
     Raises
     ------
     InvalidInput
-        Without airflow, for another number of sections than the scene's, for a trachea that is supplied by a flow, and for a closed tract.
+        Without airflow, for another number of sections than the scene's, for a trachea that is supplied by a
+        flow, and for a closed tract.
     """
     if scene.airflow is None:
         raise InvalidInput(f"{scene.source}: has no airflow; must have one. Add [airflow].")
