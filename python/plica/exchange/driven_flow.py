@@ -122,9 +122,8 @@ class _Line:
         count = int(np.ceil(step / tube.longest_substep * (1 - 1e-12)))
         left = np.diag(storage) * (count / step) - 0.5 * rates
         right = np.diag(storage) * (count / step) + 0.5 * rates
-        self._ends = np.stack(
-            (np.eye(len(rates))[0], np.asarray(tube.source)), axis=1
-        )  # of flow and pressure
+        of_flow = np.eye(len(rates))[0]
+        self._ends = np.stack((of_flow, np.asarray(tube.source)), axis=1)
         moved, pushed = np.linalg.solve(left, right), np.linalg.solve(left, self._ends)
         self._of_state = np.eye(len(rates))
         self._before, self._after = np.zeros_like(pushed), np.zeros_like(pushed)
@@ -135,7 +134,8 @@ class _Line:
             self._after = moved @ self._after + share * pushed
         self.impedance = float(self._after[0, 0])
         self.resistance = float(tube.steady_resistance)
-        self._rates, self._given = rates, np.zeros(2)
+        self._rates = rates
+        self._given: Floats = np.zeros(2)  # flow and pressure
         self.state = np.zeros(len(rates))
 
     def steady(self, flow: float, source: float) -> None:

@@ -235,7 +235,8 @@ class Airflow(Part):
         )
         if not self.rise:
             return held
-        return held * (1 - np.cos(np.pi * np.clip(np.asarray(time) / self.rise, 0.0, 1.0))) / 2
+        share = np.clip(np.asarray(time) / self.rise, 0.0, 1.0)
+        return np.asarray(held * (1 - np.cos(np.pi * share)) / 2)
 
     @property
     def pressure_at_start(self) -> float:
