@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -158,6 +158,7 @@ def _onset(options: argparse.Namespace) -> int:
         for name in ("modes", "zeta", "loss_factor")
         if (value := getattr(options, name)) is not None
     }
+    _doubt_bare_numbers({"--at": options.at, "--to": options.stop})
     if options.at is not None:
         _refuse_with_at(options)
         with as_options(("onset",), names):
@@ -201,6 +202,17 @@ def _pressures_shown(shown: bool) -> Iterator[Callable[[float, float], None] | N
             bar.update()
 
         yield each
+
+
+def _doubt_bare_numbers(pressures: Mapping[str, float | str | None]) -> None:
+    """A caution for each number without a unit, which is Pa, that no voice has."""
+    from plica.scene.bounds import BOUNDS
+
+    bound = BOUNDS["subglottal_pressure"]
+    for name, value in pressures.items():
+        if isinstance(value, float) and not bound.holds(value):
+            doubt = f"{bound.whose} {bound.span()}. {bound.question(value)}"
+            print_error(f"Caution: {name} = {value:g} Pa; {doubt}", 0)
 
 
 def _require_offset(options: argparse.Namespace) -> None:

@@ -136,7 +136,7 @@ class _Line:
         self.resistance = float(tube.steady_resistance)
         self._rates = rates
         self._given: Floats = np.zeros(2)  # flow and pressure
-        self.state = np.zeros(len(rates))
+        self.state: Floats = np.zeros(len(rates))
 
     def steady(self, flow: float, source: float) -> None:
         """Begin with a flow and a pressure that have always been."""

@@ -77,14 +77,19 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def digits_of(value: float, interval: tuple[float, float] | None, most: int = 6) -> int:
-    """Significant digits of a value by its interval: the last is that of the half-width's first digit."""
+    """Significant digits of a value by its interval: the last is that of the half-width's first digit, or
+    further on, where rounding there would leave the interval."""
     if interval is None or value == 0:
         return most
-    half = 0.5 * (interval[1] - interval[0])
+    low, high = interval
+    half = 0.5 * (high - low)
     if not half > 1e-12 * abs(value):
         return most
     last = math.floor(math.log10(half))
-    return min(max(math.floor(math.log10(abs(value)) + 1e-12) - last + 1, 1), most)
+    digits = min(max(math.floor(math.log10(abs(value)) + 1e-12) - last + 1, 1), most)
+    while digits < most and low <= value <= high and not low <= float(f"{value:.{digits - 1}e}") <= high:
+        digits += 1
+    return digits
 
 
 def row(item: Measure) -> Row:

@@ -68,7 +68,7 @@ class Settings:
     anterior: Literal["upper", "lower"] | None = None
     """End of the midline that is the anterior one."""
     patient_left: Literal["left", "right"] | None = None
-    """Side of the image on which the patient's left fold is."""
+    """Side of the image on which the patient's left fold is; names of sides stay those of the image."""
     preset: str = "video"
     """Of the flow."""
     correct_drift: bool = True

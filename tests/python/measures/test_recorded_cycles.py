@@ -319,6 +319,7 @@ def test_digits_end_where_the_interval_begins() -> None:
     assert digits_of(0.52437, (0.5233, 0.5255)) == 3
     assert digits_of(1184.33, (1158.0, 1198.5)) == 3
     assert digits_of(0.00012, (-0.03, 0.03)) == 1
+    assert digits_of(0.0959, (0.0745, 0.0989)) == 2  # 0.1 is beyond it
     drawn = Replicates(np.linspace(0.5111, 0.5374, 2000), 1e9)
     shown = row(Measure("open_quotient", 0.52437, 0.02, 30, replicates=drawn))
     assert (shown.value, shown.interval) == ("0.52", "0.51 to 0.54")

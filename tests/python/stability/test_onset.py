@@ -193,10 +193,20 @@ def test_the_command_prints_growth_at_one_pressure(
     scene_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["onset", str(scene_file), "--at", "0.5 kPa", "--modes", "40"]) == 0
-    first = capsys.readouterr().out.splitlines()[1].split()
+    printed = capsys.readouterr()
+    assert "Is it" not in printed.err
+    first = printed.out.splitlines()[1].split()
     s = plica.growth(folds(gap=2e-4), 500.0, modes=40)[0]
     assert float(first[0]) == pytest.approx(s.real, abs=1e-3)
     assert float(first[1]) == pytest.approx(s.imag / (2 * np.pi), abs=1e-3)
+
+
+def test_a_number_without_a_unit_that_no_voice_has_is_doubted(
+    scene_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["onset", str(scene_file), "--at", "0.5", "--modes", "10"]) == 0
+    assert "Caution: --at = 0.5 Pa;" in (said := capsys.readouterr().err)
+    assert "Is it 0.5 kPa?" in said
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ def posterior_table(posterior: Posterior) -> str:
     elif posterior.fed_back:
         lines.insert(0, "The motion generates its own pressures: sd and intervals are refused.")
     elif posterior.inflation is not None and posterior.answered:
-        lines.insert(0, "Residual test failed: sd and intervals are widened as the residuals require.")
+        lines.insert(0, f"Residual test failed: sd and intervals are {widened(posterior)}.")
     low_high = posterior.interval()
     priors = posterior.prior_interval()
     for j, name in enumerate(posterior.names):

@@ -83,6 +83,8 @@ def _remark(found: Analysis) -> str:
     ]
     if settings.patient_left is None:
         parts.append("patient's left unknown: sides are those of the image")
+    else:
+        parts.append(f"sides are those of the image, whose {settings.patient_left} is the patient's left")
     parts += _of_camera(found)
     if settings.segmenter:
         parts.append(f"glottis found by the network {Path(settings.segmenter).name}")
