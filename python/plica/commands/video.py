@@ -212,8 +212,8 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
     video.add_argument(
         "--patient-left",
         metavar="SIDE",
-        help="side of the image with the patient's left fold: left or right; sides stay those of the image, and "
-        "notes and reports say whose they are",
+        help="side of the image with the patient's left fold: left or right; sides stay those of the image, "
+        "and notes and reports say whose they are",
     )
     video.add_argument(
         "--kymogram",

@@ -217,7 +217,8 @@ class Airflow(Part):
         require_combinable(self)
         if self.course is not None and self.subglottal_pressure != self.course.greatest:
             raise problem(
-                f"must be the greatest of airflow.course, {self.course.greatest:g} Pa, or be left out.",
+                f"must be the greatest of airflow.course, {self.course.greatest:g} Pa, or be left out; where "
+                'the voice gives it, by without = ["airflow.subglottal_pressure"].',
                 "subglottal_pressure",
                 value=self.subglottal_pressure,
                 unit=" Pa",

@@ -121,7 +121,7 @@ def free_body(bodies: Bodies) -> Caution | None:
         seen += f". {several} nodes of the mesh have the place of another one"
         advice += " Bodies that should be one must share nodes: merge coincident ones in your mesher."
     if scene.airflow is None and unheld:
-        advice += " If it shall fly freely, write supports.fixed = []."
+        advice += " If it shall fly freely, write supports.fixed = []." if len(free) == bodies.count else ""
     return Caution("free_body", f"{seen}.", advice)
 
 

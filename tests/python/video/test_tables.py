@@ -57,6 +57,11 @@ def test_cycles_are_those_of_the_voice(found: Analysis) -> None:
     assert {len(values) for values in table.values()} == {found.cycles.count}
 
 
+def test_an_analysis_of_the_glottis_alone_says_what_it_lacks(found: Analysis) -> None:
+    with pytest.raises(VideoError, match="stops at the glottis; must have modes"):
+        load(found.directory, needs="modes")
+
+
 def test_amplitudes_and_phases_along_the_folds_are_the_true_ones(found: Analysis) -> None:
     table = folds_table(found)
     rows = found.midline.points(

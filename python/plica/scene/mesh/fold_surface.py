@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ __all__ = ["FoldSurface", "lesion_shares", "sides_of_nodes"]
 Floats = NDArray[np.float64]
 
 _ON_SURFACE = 1e-9  # m, below which a depth is roundoff
-_HALVINGS = 3  # of a cell that a lesion's border may cut: 512 parts
+_CUTS = 10  # of a cell that a lesion's border may cut: 505 parts
 
 
 class FoldSurface:
@@ -116,8 +117,8 @@ def lesion_shares(
     cells : (m, 4 or 10)
     cell_side : (m) 1 left, 2 right
     """
-    weights = _parts(_HALVINGS)
-    shapes = shape_functions(weights) if cells.shape[1] == 10 else weights
+    middles, volumes = _parts(_CUTS)
+    shapes = shape_functions(middles) if cells.shape[1] == 10 else middles
     found = []
     for lesion, middle in surface.lesions:
         near = np.flatnonzero(
@@ -127,7 +128,7 @@ def lesion_shares(
         x, y, z = np.moveaxis(places, -1, 0)
         reach = lesion.reach(y, z, middle)
         inside = (reach > 0) & (lesion.sign * x - surface.without_lesions(lesion.sign, y, z) <= reach)
-        share = inside.mean(axis=1)
+        share = (inside @ volumes) / volumes.sum()
         found.append((near[share > 0], share[share > 0]))
     return found
 
@@ -140,24 +141,17 @@ def _near(lesion: Lesion, middle: tuple[float, float], corners: Floats) -> NDArr
 
 
 @cache
-def _parts(halvings: int) -> Floats:
-    """Barycentric coordinates (8^k, 4) of the middles of the equal parts of a tetrahedron."""
-    parts = np.eye(4)[None]
-    for _ in range(halvings):
-        a, b, c, d = np.moveaxis(parts, 1, 0)
-        ab, ac, ad, bc, bd, cd = (0.5 * (p + q) for p, q in ((a, b), (a, c), (a, d), (b, c), (b, d), (c, d)))
-        eight = (
-            (a, ab, ac, ad),
-            (ab, b, bc, bd),
-            (ac, bc, c, cd),
-            (ad, bd, cd, d),
-            (ab, ac, ad, bd),
-            (ab, ac, bc, bd),
-            (ac, ad, bd, cd),
-            (ac, bc, bd, cd),
-        )
-        parts = np.concatenate([np.stack(part, axis=1) for part in eight])
-    return np.asarray(parts.mean(axis=1))
+def _parts(cuts: int) -> tuple[Floats, NDArray[np.int64]]:
+    """Middles (k, 4), barycentric, and volumes (k), of their least one, of the tetrahedra and octahedra into
+    which planes along its faces, `cuts` to each height, divide a tetrahedron. The order of its corners does
+    not matter: a lesion and its mirror image have the same shares."""
+    middles, volumes = [], []
+    for kind, volume in ((1, 1), (2, 4), (3, 1)):  # upright, octahedron, upside down
+        first = np.array([corner for corner in product(range(cuts), repeat=3) if sum(corner) <= cuts - kind])
+        corners = np.column_stack((first, cuts - kind - first.sum(axis=1)))
+        middles.append((corners + kind / 4) / cuts)
+        volumes.append(np.full(len(corners), volume))
+    return np.concatenate(middles), np.concatenate(volumes)
 
 
 def sides_of_nodes(cells: NDArray[np.int32], cell_side: NDArray[np.int32], count: int) -> Floats:

@@ -13,6 +13,7 @@ from plica.identify.parameters import TissueParameters
 from plica.report.glottis import draw_glottis
 from plica.runs.lesions import lesion_cells, lesion_text
 from plica.runs.materials import materials_of
+from plica.scene.lesion_cells import lesions_with_cells
 from plica.scene.mesh.build import build_mesh
 from plica.scene.symmetry import nearest_image
 
@@ -58,6 +59,21 @@ def mass_of(scene: plica.Scene) -> float:
 def volume_of(scene: plica.Scene) -> float:
     """m^3, of cells with curved sides as the engine integrates them."""
     return mass_of(scene) / scene.tissue["body"].density
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_lesion_and_its_mirror_image_have_the_same_shares_of_cells(order: int) -> None:
+    """To the bit, whatever the order of a cell's corners; many cells are cut."""
+    shares = []
+    for fold in ("left", "right"):
+        scene = scene_of({"lesions": [{"fold": fold, "size": [5 * MM, 1.6 * MM, 0.8 * MM]}]}, order=order)
+        mesh = build_mesh(scene.mesh)
+        ((_, cells, share),) = lesions_with_cells(scene, mesh)
+        middle = np.asarray(mesh.points)[mesh.cells[cells][:, :4]].mean(axis=1).round(9)
+        middle[:, 0] = np.abs(middle[:, 0])
+        shares.append(share[np.lexsort(middle.T)])
+    np.testing.assert_array_equal(*shares)
+    assert np.count_nonzero(shares[0] < 1) > 50
 
 
 def test_the_gap_is_narrowed_by_the_protrusion_at_the_top_of_the_bump() -> None:
