@@ -77,10 +77,14 @@ class StorageFailed(OSError):  # noqa: N818 (a pair with SolveFailed)
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str:
-    """`` Did you mean "..."?`` for the closest known name of at least this similarity (difflib), or
-    nothing."""
+    """`` Did you mean "..."?`` for the closest known name of at least this similarity (difflib), by all of it
+    or by one of its words, or nothing."""
     candidates = list(known)
-    lowered = {candidate.lower(): candidate for candidate in candidates}
+    lowered: dict[str, str] = {}
+    for candidate in candidates:
+        for word in candidate.lower().replace(".", "_").split("_"):
+            lowered.setdefault(word, candidate)
+    lowered |= {candidate.lower(): candidate for candidate in candidates}
     close = get_close_matches(name.lower(), lowered, n=1, cutoff=cutoff)
     return f' Did you mean "{lowered[close[0]]}"?' if close else ""
 
