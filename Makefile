@@ -71,7 +71,9 @@ test-cpp: build
 	@cmake --build $(BUILD) --target plica_tests
 	@ctest --test-dir $(BUILD) --output-on-failure --parallel $$(nproc)
 
-# A file's tests run in one process, so that what they share is computed once.
+# A file's tests run in one process, so that what they share is computed once; a process for each processor, whose
+# dense algebra would only wait for others with threads of its own.
+test-python test-slow: export OPENBLAS_NUM_THREADS = 1
 test-python: build
 	@$(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow"
 
