@@ -134,13 +134,11 @@ def load(directory: str | Path, *, needs: str = "sides") -> Analysis:
     with Stored(path, hint=HINT) as file:
         if file.attribute("/", "settings") is None:
             raise VideoError(f"Video: {path} is no analysis of a recording; must be. Take another directory.")
-        if needs not in file and "sides" in file:
-            raise VideoError(
-                f"Video: the analysis in {where} stops at the glottis; must have {needs}. Analyse its "
-                "recording with plica video and the same options into the same directory: it goes on."
-            )
         if needs not in file:
-            raise VideoError(f"Video: the analysis in {where} is not finished. Start it again: it goes on.")
+            lacks = "is not finished. Start it again"
+            if "sides" in file:
+                lacks = f"stops at the glottis; must have {needs}. Run plica video with the same -o"
+            raise VideoError(f"Video: the analysis in {where} {lacks}: it goes on.")
     return Analysis(where)
 
 

@@ -100,13 +100,6 @@ def test_figures_that_take_their_time_are_counted(
     assert capsys.readouterr().err == ""
 
 
-@pytest.fixture
-def words_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are painted, but neither laid out nor drawn."""
-    monkeypatch.setattr("plica.report.drawing._laid_out", lambda figure: None)
-    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: file.write("<svg></svg>"))
-
-
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> str:
     scene = base.run().scene_text + '\n[output]\ntitle = "a <b> & c"\n'
@@ -250,7 +243,7 @@ def test_absent_parts_have_no_section(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("words_alone")
+@pytest.mark.usefixtures("unrendered")
 def test_without_frames_there_is_no_view_from_above() -> None:
     run = dataclasses.replace(base.run(), fields={})
     assert titles(run) == (airflow_figures - {"From above"}) | {"Contact", "Energy balance"}
@@ -330,7 +323,7 @@ def test_a_part_of_a_run_may_be_in_doubt_too() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("words_alone")
+@pytest.mark.usefixtures("unrendered")
 def test_the_page_has_every_caution_of_its_own(tmp_path: Path) -> None:
     run = doubtful(base.run(), 7, 3)
     text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
@@ -351,7 +344,7 @@ class Doubted(AnalyticRun):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("words_alone")
+@pytest.mark.usefixtures("unrendered")
 def test_a_tile_has_the_mark_of_its_caution(tmp_path: Path) -> None:
     run = Doubted(**vars(base.run()))
     text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
@@ -386,7 +379,7 @@ def ringing() -> AnalyticRun:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("words_alone")
+@pytest.mark.usefixtures("unrendered")
 def test_a_decay_is_no_voice_for_tiles_text_and_table(tmp_path: Path) -> None:
     run = ringing()
     text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
@@ -428,7 +421,7 @@ def test_a_voice_that_closes_is_shaded_with_its_open_quotient() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("words_alone")
+@pytest.mark.usefixtures("unrendered")
 def test_what_a_caution_says_is_no_note_of_a_measure_too(tmp_path: Path) -> None:
     run = base.run()
     dip = 1 - 0.5 * np.exp(-30 * (1 - np.cos(2 * np.pi * 213.7 * run.time)))
